@@ -136,13 +136,19 @@ impl BoxTree {
     }
 
     /// Calls `found` with every item whose leaf box overlaps `query` (a superset of the items whose own box does).
-    pub fn query(&self, query: &Aabb, mut found: impl FnMut(u32)) -> TouchedNodes {
+    pub fn query(&self, query: &Aabb, found: impl FnMut(u32)) -> TouchedNodes {
+        self.visit(|b| b.overlaps(query), found)
+    }
+
+    /// Calls `found` with every item below a leaf that `reaches` lets pass, as do all boxes above it. `reaches` must hold
+    /// for a box whenever it holds for a box inside it.
+    pub fn visit(&self, mut reaches: impl FnMut(&Aabb) -> bool, mut found: impl FnMut(u32)) -> TouchedNodes {
         let mut touched = 0;
         let mut stack = vec![0u32];
         while let Some(id) = stack.pop() {
             touched += 1;
             let node = &self.nodes[id as usize];
-            if !node.aabb.overlaps(query) {
+            if !reaches(&node.aabb) {
                 continue;
             }
             if node.children[0] == NONE {

@@ -61,15 +61,20 @@ impl<'m, const N: usize> Edit<'m, N> {
         self.origin.get(&v).cloned().unwrap_or_else(|| vec![(v, 1.0)])
     }
 
-    /// Number of cells in slots older than this edit; cells from here on are new.
-    pub fn first_new_cell(&self) -> CellId {
-        CellId(self.first_cell as u32)
+    /// The cell of the mesh before the edit that a cell descends from.
+    pub fn ancestor(&self, c: CellId) -> CellId {
+        self.ancestor.get(&c).copied().unwrap_or(c)
     }
 
     /// A new vertex at a rest position (m); `weights` place it between vertices of the mesh as it stands.
     pub fn add_vertex(&mut self, rest: Point, weights: &Weights) -> VertexId {
         let v = VertexId(self.mesh.rest_positions.len() as u32);
         self.origin.insert(v, resolve(weights, &self.origin));
+        let size = weights
+            .iter()
+            .map(|&(p, _)| self.mesh.local_size(p))
+            .fold(f64::INFINITY, f64::min);
+        self.mesh.local_sizes.push(size);
         self.mesh.rest_positions.push(rest);
         self.mesh.vertex_alive.push(true);
         self.mesh.cells_of_vertex.push(Vec::new());
@@ -109,7 +114,7 @@ impl<'m, const N: usize> Edit<'m, N> {
     /// `labels[k]` belongs to the facet opposite corner `k`; neighbours are found by their shared vertices.
     pub fn add_cell(&mut self, corners: [VertexId; N], parent: CellId, labels: [FacetLabel; N]) -> CellId {
         let c = CellId(self.mesh.cells.len() as u32);
-        let ancestor = self.ancestor.get(&parent).copied().unwrap_or(parent);
+        let ancestor = self.ancestor(parent);
         self.ancestor.insert(c, ancestor);
         self.mesh.cells.push(corners);
         self.mesh.cell_alive.push(false);
@@ -189,6 +194,7 @@ impl<'m, const N: usize> Edit<'m, N> {
             match undo {
                 Undo::AddVertex => {
                     self.mesh.rest_positions.pop();
+                    self.mesh.local_sizes.pop();
                     self.mesh.vertex_alive.pop();
                     self.mesh.cells_of_vertex.pop();
                     self.mesh.live_vertices -= 1;

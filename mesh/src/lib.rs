@@ -25,6 +25,6 @@ mod simplex;
 
 pub use box_tree::{Aabb, BoxTree, TouchedNodes};
 pub use change::{AddedCell, AddedVertex, MeshChange, MovedVertex, RemovedCell, RemovedVertex, Weights};
-pub use edit::Edit;
+pub use edit::{Edit, Mark};
 pub use ids::{CellId, FacetLabel, VertexId};
 pub use simplex::{FacetKey, FacetSide, MeshError, Point, SimplexMesh, TetMesh, TriMesh};

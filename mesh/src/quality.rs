@@ -1,6 +1,9 @@
-//! Measures of cells.
+//! Measures of cells: single tetrahedra, whole meshes ([`report`], [`histograms`]), at rest or deformed.
 
-use crate::{Point, TetMesh};
+use crate::{CellId, Point, TetMesh, VertexId};
+
+/// Ends of the six edges of a tetrahedron, in the order of [`edge_lengths`] and [`dihedral_angles`].
+pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Signed volume of a tetrahedron (m³).
 #[inline]
@@ -23,4 +26,328 @@ pub fn radius_ratio(p: &[Point; 4]) -> f64 {
     // r = six_v / areas2, R = |q| / (2 six_v)
     let d = areas2 * q.norm();
     if d > 0.0 { 6.0 * six_v * six_v.abs() / d } else { 0.0 }
+}
+
+/// Lengths (m) of the six edges [`TET_EDGES`].
+pub fn edge_lengths(p: &[Point; 4]) -> [f64; 6] {
+    TET_EDGES.map(|[i, j]| (p[j] - p[i]).norm())
+}
+
+/// Angles (degrees, 0 to 180) between the two facets at each of the six edges [`TET_EDGES`]: arccos(1/3) = 70.53 for a
+/// regular tetrahedron, all 0 or 180 for a flat one. An inverted one has the angles of its mirror image; an edge without
+/// length has 0.
+pub fn dihedral_angles(p: &[Point; 4]) -> [f64; 6] {
+    const OPPOSITE: [[usize; 2]; 6] = [[2, 3], [1, 3], [1, 2], [0, 3], [0, 2], [0, 1]];
+    let six_v = 6.0 * tet_volume(p).abs();
+    let mut angles = [0.0; 6];
+    for ((angle, [i, j]), [k, l]) in angles.iter_mut().zip(TET_EDGES).zip(OPPOSITE) {
+        let e = p[j] - p[i];
+        let (m, n) = (e.cross(&(p[k] - p[i])), e.cross(&(p[l] - p[i])));
+        *angle = (e.norm() * six_v).atan2(m.dot(&n)).to_degrees(); // |m x n| = |e| 6V
+    }
+    angles
+}
+
+/// Longest edge over inradius (Y6): `2 sqrt 6 = 4.899` for a regular tetrahedron, more than 200 is called bad there,
+/// infinite for a flat one. An inverted one has the value of its mirror image.
+pub fn edge_over_inradius(p: &[Point; 4]) -> f64 {
+    let (a, b, c) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
+    let six_v = a.cross(&b).dot(&c).abs();
+    let areas2 = a.cross(&b).norm() + b.cross(&c).norm() + c.cross(&a).norm() + (b - a).cross(&(c - a)).norm();
+    let longest = edge_lengths(p).into_iter().fold(0.0, f64::max);
+    if six_v > 0.0 {
+        longest * areas2 / six_v
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Quality of a mesh in numbers; all zero for a mesh without cells. Lengths and volumes are compared as extremes over the
+/// whole mesh, volumes without their sign; a ratio is infinite where the smallest is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct QualityReport {
+    /// How many cells there are.
+    pub cells: usize,
+    /// Smallest [`radius_ratio`].
+    pub min_radius_ratio: f64,
+    /// Mean [`radius_ratio`].
+    pub mean_radius_ratio: f64,
+    /// Smallest of the [`dihedral_angles`] (degrees).
+    pub min_dihedral_deg: f64,
+    /// Largest of the [`dihedral_angles`] (degrees).
+    pub max_dihedral_deg: f64,
+    /// Largest [`edge_over_inradius`].
+    pub max_edge_over_inradius: f64,
+    /// Largest cell over smallest cell, by volume.
+    pub max_over_min_volume: f64,
+    /// Longest edge over shortest edge.
+    pub max_over_min_edge: f64,
+}
+
+/// Quality of the cells of a mesh with its vertices at `positions` (m), indexed by [`VertexId`] over all slots: the rest
+/// positions, or deformed ones.
+pub fn report(mesh: &TetMesh, positions: &[Point]) -> QualityReport {
+    let mut sum = 0.0;
+    let (mut ratio, mut angle, mut aspect) = (Range::default(), Range::default(), Range::default());
+    let (mut volume, mut edge) = (Range::default(), Range::default());
+    for cell in mesh.cell_ids() {
+        let p = corners(mesh, positions, cell);
+        let r = radius_ratio(&p);
+        sum += r;
+        ratio.add(r);
+        dihedral_angles(&p).into_iter().for_each(|a| angle.add(a));
+        aspect.add(edge_over_inradius(&p));
+        volume.add(tet_volume(&p).abs());
+        edge_lengths(&p).into_iter().for_each(|l| edge.add(l));
+    }
+    let cells = mesh.num_cells();
+    if cells == 0 {
+        return QualityReport::default();
+    }
+    QualityReport {
+        cells,
+        min_radius_ratio: ratio.min,
+        mean_radius_ratio: sum / cells as f64,
+        min_dihedral_deg: angle.min,
+        max_dihedral_deg: angle.max,
+        max_edge_over_inradius: aspect.max,
+        max_over_min_volume: volume.ratio(),
+        max_over_min_edge: edge.ratio(),
+    }
+}
+
+fn corners(mesh: &TetMesh, positions: &[Point], cell: CellId) -> [Point; 4] {
+    mesh.cell(cell).map(|v| positions[v.index()])
+}
+
+struct Range {
+    min: f64,
+    max: f64,
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        Range {
+            min: f64::INFINITY,
+            max: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl Range {
+    fn add(&mut self, value: f64) {
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+    }
+
+    fn ratio(&self) -> f64 {
+        if self.min > 0.0 {
+            self.max / self.min
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// How often a measure falls into each of some ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Histogram {
+    /// What is measured.
+    pub measure: &'static str,
+    /// Ends of the ranges, ascending: one more than there are counts. A range includes its lower end, the last both.
+    pub edges: Vec<f64>,
+    /// How many values lie in each range.
+    pub counts: Vec<usize>,
+    /// How many values lie below the first range (inverted cells), or are not numbers.
+    pub below: usize,
+    /// How many values lie above the last range.
+    pub above: usize,
+}
+
+impl Histogram {
+    fn new(measure: &'static str, edges: Vec<f64>, values: impl Iterator<Item = f64>) -> Self {
+        let mut histogram = Histogram {
+            measure,
+            counts: vec![0; edges.len() - 1],
+            edges,
+            below: 0,
+            above: 0,
+        };
+        let last = histogram.counts.len() - 1;
+        for value in values {
+            match histogram.edges.partition_point(|&e| e <= value) {
+                0 => histogram.below += 1,
+                n if n <= last + 1 => histogram.counts[n - 1] += 1,
+                _ if value == histogram.edges[last + 1] => histogram.counts[last] += 1,
+                _ => histogram.above += 1,
+            }
+        }
+        histogram
+    }
+}
+
+/// Histograms of every measure, with `bins` ranges each (at least one), for vertices at `positions` as in [`report`]:
+/// `radius_ratio` from 0 to 1, `dihedral_deg` from 0 to 180 (six angles a cell), `edge_over_inradius` from the regular
+/// 4.899 to the bad 200 in equal factors, `volume_over_mean` and `edge_over_mean` (every edge once) from 0 to 4.
+pub fn histograms(mesh: &TetMesh, positions: &[Point], bins: usize) -> Vec<Histogram> {
+    let bins = bins.max(1);
+    let steps = || (0..=bins).map(|k| k as f64 / bins as f64);
+    let linear = |upper: f64| steps().map(|s| s * upper).collect::<Vec<_>>();
+    let regular = 0.999_999 * 24.0_f64.sqrt(); // rounding must not put a regular cell below
+    let factors = steps().map(|s| regular * (200.0 / regular).powf(s)).collect();
+    let cells: Vec<[Point; 4]> = mesh.cell_ids().map(|c| corners(mesh, positions, c)).collect();
+    let mut edges: Vec<[VertexId; 2]> = mesh
+        .cell_ids()
+        .flat_map(|c| TET_EDGES.map(|[i, j]| [mesh.cell(c)[i], mesh.cell(c)[j]]))
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let lengths: Vec<f64> = edges
+        .iter()
+        .map(|[a, b]| (positions[a.index()] - positions[b.index()]).norm())
+        .collect();
+    let volumes: Vec<f64> = cells.iter().map(tet_volume).collect();
+    let over_mean = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter().map(|v| v / mean).collect::<Vec<_>>()
+    };
+    vec![
+        Histogram::new(
+            "radius_ratio",
+            linear(1.0),
+            cells.iter().map(radius_ratio).map(at_most_one),
+        ),
+        Histogram::new("dihedral_deg", linear(180.0), cells.iter().flat_map(dihedral_angles)),
+        Histogram::new("edge_over_inradius", factors, cells.iter().map(edge_over_inradius)),
+        Histogram::new("volume_over_mean", linear(4.0), over_mean(&volumes).into_iter()),
+        Histogram::new("edge_over_mean", linear(4.0), over_mean(&lengths).into_iter()),
+    ]
+}
+
+/// Rounding can lift the ratio of a regular cell above one.
+fn at_most_one(ratio: f64) -> f64 {
+    ratio.min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate;
+
+    fn regular() -> [Point; 4] {
+        [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]].map(Point::from)
+    }
+
+    fn corner() -> [Point; 4] {
+        [Point::zeros(), Point::x(), Point::y(), Point::z()]
+    }
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-13 * b.abs().max(1.0)
+    }
+
+    #[test]
+    fn a_regular_tetrahedron_has_the_best_of_all_measures() {
+        let p = regular();
+        assert!(tet_volume(&p) > 0.0);
+        assert!(close(radius_ratio(&p), 1.0));
+        assert!(close(edge_over_inradius(&p), 2.0 * 6.0_f64.sqrt()));
+        assert!(
+            dihedral_angles(&p)
+                .iter()
+                .all(|&a| close(a, (1.0_f64 / 3.0).acos().to_degrees()))
+        );
+        assert!(edge_lengths(&p).iter().all(|&l| close(l, 8.0_f64.sqrt())));
+    }
+
+    #[test]
+    fn the_corner_of_a_cube_has_known_measures() {
+        let p = corner();
+        // r = (3 - sqrt 3) / 6, R = sqrt 3 / 2
+        let r = (3.0 - 3.0_f64.sqrt()) / 6.0;
+        assert!(close(radius_ratio(&p), 3.0 * r / (3.0_f64.sqrt() / 2.0)));
+        assert!(close(edge_over_inradius(&p), 2.0_f64.sqrt() / r));
+        let slope = 2.0_f64.sqrt().atan().to_degrees();
+        let expected = [90.0, 90.0, 90.0, slope, slope, slope];
+        assert!(dihedral_angles(&p).iter().zip(expected).all(|(&a, b)| close(a, b)));
+        assert_eq!(edge_lengths(&p)[..3], [1.0; 3]);
+    }
+
+    #[test]
+    fn measures_do_not_depend_on_scale_place_or_numbering() {
+        let q = regular().map(|p| p.component_mul(&Point::new(1.0, 0.2, 0.7)));
+        let moved = q.map(|p| 1e-4 * p + Point::new(3e-3, 1e-3, -2e-3));
+        let turned = [q[1], q[2], q[0], q[3]];
+        for other in [moved, turned] {
+            assert!((radius_ratio(&q) - radius_ratio(&other)).abs() < 1e-12);
+            assert!((edge_over_inradius(&q) - edge_over_inradius(&other)).abs() < 1e-11);
+            let sum = |p: &[Point; 4]| dihedral_angles(p).iter().sum::<f64>();
+            assert!((sum(&q) - sum(&other)).abs() < 1e-9);
+        }
+        let inverted = [q[1], q[0], q[2], q[3]];
+        assert!(close(radius_ratio(&inverted), -radius_ratio(&q)));
+        assert!(close(edge_over_inradius(&inverted), edge_over_inradius(&q)));
+    }
+
+    #[test]
+    fn flat_and_collapsed_cells_give_no_nan() {
+        let flat = [Point::zeros(), Point::x(), Point::y(), Point::new(1.0, 1.0, 0.0)];
+        for p in [flat, [Point::x(); 4]] {
+            assert_eq!(radius_ratio(&p), 0.0);
+            assert_eq!(edge_over_inradius(&p), f64::INFINITY);
+            assert!(dihedral_angles(&p).iter().all(|&a| a == 0.0 || a == 180.0));
+        }
+    }
+
+    #[test]
+    fn the_report_of_a_kuhn_cube_is_known() {
+        let mesh = generate::box_tets([2.0, 2.0, 2.0], [2, 2, 2], [0.0; 3]);
+        let r = report(&mesh, mesh.rest_positions());
+        assert_eq!(r.cells, 48);
+        assert!(close(r.min_radius_ratio, r.mean_radius_ratio));
+        assert!(close(r.min_dihedral_deg, 45.0) && close(r.max_dihedral_deg, 90.0));
+        assert!(close(r.max_over_min_volume, 1.0) && close(r.max_over_min_edge, 3.0_f64.sqrt()));
+        let stretched: Vec<Point> = mesh
+            .rest_positions()
+            .iter()
+            .map(|p| Point::new(3.0 * p.x, p.y, p.z))
+            .collect();
+        let s = report(&mesh, &stretched);
+        assert!(s.min_radius_ratio < r.min_radius_ratio && close(s.max_over_min_edge, 11.0_f64.sqrt()));
+    }
+
+    #[test]
+    fn an_empty_mesh_is_all_zeros() {
+        let mesh = generate::box_tets([1.0; 3], [0; 3], [0.0; 3]);
+        assert_eq!(report(&mesh, mesh.rest_positions()), QualityReport::default());
+        assert!(
+            histograms(&mesh, &[], 10)
+                .iter()
+                .all(|h| h.counts == [0; 10] && h.below + h.above == 0)
+        );
+    }
+
+    #[test]
+    fn histograms_count_every_value_once() {
+        let mesh = generate::box_tets([1.0, 2.0, 3.0], [2, 2, 2], [0.0; 3]);
+        let all = histograms(&mesh, mesh.rest_positions(), 7);
+        // 2 x 2 x 2 Kuhn cells: 54 grid edges, 36 face and 8 inner diagonals
+        for (histogram, values) in all.iter().zip([48, 6 * 48, 48, 48, 98]) {
+            let inside: usize = histogram.counts.iter().sum();
+            assert_eq!(
+                (inside, histogram.below, histogram.above),
+                (values, 0, 0),
+                "{}",
+                histogram.measure
+            );
+            assert!(histogram.edges.is_sorted() && histogram.edges.len() == 8);
+        }
+        let one = TetMesh::new(regular().to_vec(), vec![[0, 1, 2, 3]]).unwrap();
+        let all = histograms(&one, one.rest_positions(), 5);
+        assert_eq!(all[0].counts, [0, 0, 0, 0, 1]);
+        assert_eq!(all[2].counts, [1, 0, 0, 0, 0]);
+        let mirrored: Vec<Point> = one.rest_positions().iter().map(|p| -p).collect();
+        assert_eq!(histograms(&one, &mirrored, 5)[0].below, 1);
+    }
 }

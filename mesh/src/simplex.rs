@@ -132,6 +132,7 @@ pub struct SimplexMesh<const N: usize> {
     pub(crate) live_cells: usize,
     pub(crate) live_vertices: usize,
     pub(crate) original_facets: Vec<[VertexId; 3]>,
+    pub(crate) local_sizes: Vec<f64>,
 }
 
 impl<const N: usize> SimplexMesh<N> {
@@ -184,6 +185,7 @@ impl<const N: usize> SimplexMesh<N> {
             live_cells: cells.len(),
             live_vertices: count,
             original_facets: Vec::new(),
+            local_sizes: Vec::new(),
             rest_positions,
             cells,
         };
@@ -205,6 +207,7 @@ impl<const N: usize> SimplexMesh<N> {
                 }
             }
         }
+        mesh.local_sizes = mesh.vertex_ids().map(|v| mesh.mean_edge(v)).collect();
         Ok(mesh)
     }
 
@@ -440,6 +443,19 @@ impl<const N: usize> SimplexMesh<N> {
             .iter()
             .copied()
             .filter(move |c| self.cells[c.index()].contains(&b))
+    }
+
+    /// Mean rest length (m) of the edges that met at a vertex when the mesh was made; a vertex that came later has the
+    /// least of its parents. Lengths that should not shrink as cuts refine the mesh are measured by it.
+    #[inline]
+    pub fn local_size(&self, v: VertexId) -> f64 {
+        self.local_sizes[v.index()]
+    }
+
+    fn mean_edge(&self, v: VertexId) -> f64 {
+        let around = self.vertex_neighbors(v);
+        let p = self.rest_position(v);
+        around.iter().map(|&w| (self.rest_position(w) - p).norm()).sum::<f64>() / around.len().max(1) as f64
     }
 
     /// Vertices joined to `v` by an edge, ascending.

@@ -1,1 +1,96 @@
-//! File formats.
+//! Meshes, cutting surfaces and results from and to files.
+//!
+//! | format | extension | [`read_mesh`] | [`read_sweep`] | written |
+//! |---|---|---|---|---|
+//! | VTK XML unstructured grid | `.vtu` | tetrahedra, triangles | triangles, polygons | [`write_vtu`] |
+//! | gmsh 1, 2 (ASCII), 4.1 (ASCII, binary) | `.msh` | tetrahedra, triangles | | |
+//! | Wavefront | `.obj` | | triangles, polygons | |
+//!
+//! A file is read whole or refused with one line that names the file, the place, what is wrong and what is accepted. What
+//! a count in a file claims is checked against the bytes there are before memory is taken for it.
+//!
+//! ```
+//! # use kerfem_mesh::{generate, io};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let dir = tempfile::tempdir()?;
+//! # let path = dir.path().join("box.vtu");
+//! let mesh = generate::box_tets([1.0, 1.0, 1.0], [1, 1, 1], [0.0, 0.0, 0.0]);
+//! io::write_vtu(&path, &io::VtuGrid::from_tet_mesh(&mesh))?;
+//! let again = io::read_mesh(&path)?.into_tet_mesh()?;
+//! assert_eq!(again, mesh);
+//! # Ok(())
+//! # }
+//! ```
+
+mod atomic;
+mod data;
+mod error;
+mod gmsh;
+mod gmsh4;
+mod gmsh_legacy;
+mod obj;
+mod text;
+mod vtu;
+mod vtu_array;
+mod vtu_write;
+mod xml;
+
+use std::path::Path;
+
+pub use atomic::write_atomically;
+pub use data::{DataArray, Group, MeshData, SweepData};
+pub use error::IoError;
+use error::Problem;
+pub use vtu_write::{VtuArray, VtuCells, VtuGrid, VtuValues, write_vtu};
+
+/// A mesh of tetrahedra and triangles from a `.vtu` or `.msh` file.
+///
+/// Vertices and cells keep the order of the file. Indices are in range and coordinates are finite; whether the cells make
+/// a mesh is for [`MeshData::into_tet_mesh`] to say. Lines and points among the cells are left out.
+///
+/// # Errors
+/// [`IoError`], in one line.
+pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshData, IoError> {
+    let path = path.as_ref();
+    let parse = match extension(path).as_str() {
+        "vtu" => vtu::parse_mesh,
+        "msh" => gmsh::parse,
+        _ => return Err(IoError::extension(path, "a mesh", &[".vtu", ".msh"])),
+    };
+    parse_file(path, parse)
+}
+
+/// A cutting surface from a `.obj` or `.vtu` file. Polygons are cut into triangles that share their first corner (right for
+/// convex ones).
+///
+/// # Errors
+/// [`IoError`], in one line; also where the file holds no surface at all.
+pub fn read_sweep(path: impl AsRef<Path>) -> Result<SweepData, IoError> {
+    let path = path.as_ref();
+    let parse = match extension(path).as_str() {
+        "obj" => obj::parse,
+        "vtu" => vtu::parse_sweep,
+        _ => return Err(IoError::extension(path, "a sweep", &[".obj", ".vtu"])),
+    };
+    let sweep = parse_file(path, parse)?;
+    if sweep.triangles.is_empty() {
+        let problem = Problem::new(
+            "cells",
+            "the file holds no triangle or polygon; a sweep is a triangulated surface",
+        );
+        return Err(problem.in_file(path));
+    }
+    Ok(sweep)
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+fn parse_file<T>(path: &Path, parse: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, IoError> {
+    let bytes = std::fs::read(path).map_err(|source| IoError::Read {
+        path: path.into(),
+        source,
+    })?;
+    parse(&bytes).map_err(|p| p.in_file(path))
+}

@@ -1,0 +1,259 @@
+//! Writing `.vtu`: Float64 and Int64, compressed with zlib, base64 inside the XML; read by VTK and meshio.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+
+use crate::{Point, TetMesh};
+
+use super::{IoError, write_atomically};
+
+/// What a `.vtu` file should hold. Indices count from zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VtuGrid<'a> {
+    /// Positions (m).
+    pub points: Cow<'a, [Point]>,
+    /// Cells of one kind.
+    pub cells: VtuCells<'a>,
+    /// Arrays with one row per point; names differ.
+    pub point_arrays: Vec<VtuArray<'a>>,
+    /// Arrays with one row per cell; names differ.
+    pub cell_arrays: Vec<VtuArray<'a>>,
+}
+
+/// Cells of a [`VtuGrid`]: corners as indices into its points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VtuCells<'a> {
+    /// VTK cell type 10.
+    Tets(Cow<'a, [[usize; 4]]>),
+    /// VTK cell type 5.
+    Triangles(Cow<'a, [[usize; 3]]>),
+}
+
+/// A named array, row after row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VtuArray<'a> {
+    /// What it is called.
+    pub name: Cow<'a, str>,
+    /// Numbers in a row: 1 for scalars, 3 for vectors, 9 for matrices (row by row).
+    pub components: usize,
+    /// All numbers.
+    pub values: VtuValues<'a>,
+}
+
+/// The numbers of a [`VtuArray`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum VtuValues<'a> {
+    /// Written as Float64.
+    Reals(Cow<'a, [f64]>),
+    /// Written as Int64.
+    Integers(Cow<'a, [i64]>),
+}
+
+impl<'a> VtuArray<'a> {
+    /// An array of reals with `components` numbers in a row.
+    pub fn reals(name: impl Into<Cow<'a, str>>, components: usize, values: impl Into<Cow<'a, [f64]>>) -> Self {
+        VtuArray {
+            name: name.into(),
+            components,
+            values: VtuValues::Reals(values.into()),
+        }
+    }
+
+    /// An array of vectors.
+    pub fn vectors(name: impl Into<Cow<'a, str>>, values: &[Point]) -> Self {
+        let values: Vec<f64> = values.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        VtuArray::reals(name, 3, values)
+    }
+
+    /// An array with one integer in a row.
+    pub fn integers(name: impl Into<Cow<'a, str>>, values: impl Into<Cow<'a, [i64]>>) -> Self {
+        VtuArray {
+            name: name.into(),
+            components: 1,
+            values: VtuValues::Integers(values.into()),
+        }
+    }
+}
+
+impl VtuGrid<'static> {
+    /// The cells of a mesh that exist, at rest positions, with every vertex slot as a point: indices of points are those
+    /// of slots.
+    pub fn from_tet_mesh(mesh: &TetMesh) -> Self {
+        let cells = mesh
+            .cell_ids()
+            .map(|c| mesh.cell(c).map(|v| v.index()))
+            .collect::<Vec<_>>();
+        VtuGrid {
+            points: mesh.rest_positions().to_vec().into(),
+            cells: VtuCells::Tets(cells.into()),
+            point_arrays: Vec::new(),
+            cell_arrays: Vec::new(),
+        }
+    }
+}
+
+/// Writes a grid, whole or not at all (see [`write_atomically`]).
+///
+/// # Errors
+/// [`IoError::Array`] if an array has not one row per point or cell, or a name occurs twice or a cell names a point that
+/// does not exist; [`IoError::Write`].
+pub fn write_vtu(path: impl AsRef<Path>, grid: &VtuGrid) -> Result<(), IoError> {
+    let path = path.as_ref();
+    check(grid).map_err(|(array, problem)| IoError::Array {
+        path: path.into(),
+        array,
+        problem,
+    })?;
+    write_atomically(path, |out| write_grid(out, grid))
+}
+
+fn check(grid: &VtuGrid) -> Result<(), (String, String)> {
+    let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
+    for (arrays, rows, of) in [
+        (&grid.point_arrays, num_points, "points"),
+        (&grid.cell_arrays, num_cells, "cells"),
+    ] {
+        for (k, array) in arrays.iter().enumerate() {
+            let error = |problem: String| Err((array.name.to_string(), problem));
+            let len = match &array.values {
+                VtuValues::Reals(values) => values.len(),
+                VtuValues::Integers(values) => values.len(),
+            };
+            if array.components == 0 || len != rows * array.components {
+                let n = array.components;
+                return error(format!("has {len} numbers for {rows} {of} of {n} components"));
+            }
+            if arrays[..k].iter().any(|a| a.name == array.name) {
+                return error("occurs twice; names must differ".into());
+            }
+        }
+    }
+    match grid.cells.nodes().find(|&n| n >= num_points) {
+        None => Ok(()),
+        Some(n) => Err((
+            "connectivity".into(),
+            format!("names point {n}, but there are {num_points}"),
+        )),
+    }
+}
+
+impl VtuCells<'_> {
+    /// How many cells there are.
+    pub fn len(&self) -> usize {
+        match self {
+            VtuCells::Tets(cells) => cells.len(),
+            VtuCells::Triangles(cells) => cells.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn corners(&self) -> usize {
+        match self {
+            VtuCells::Tets(_) => 4,
+            VtuCells::Triangles(_) => 3,
+        }
+    }
+
+    fn vtk_kind(&self) -> u8 {
+        match self {
+            VtuCells::Tets(_) => 10,
+            VtuCells::Triangles(_) => 5,
+        }
+    }
+
+    fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        let flat = match self {
+            VtuCells::Tets(cells) => cells.as_flattened(),
+            VtuCells::Triangles(cells) => cells.as_flattened(),
+        };
+        flat.iter().copied()
+    }
+}
+
+fn write_grid(out: &mut dyn Write, grid: &VtuGrid) -> io::Result<()> {
+    let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
+    writeln!(out, "<?xml version=\"1.0\"?>")?;
+    writeln!(
+        out,
+        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
+         compressor=\"vtkZLibDataCompressor\">"
+    )?;
+    writeln!(
+        out,
+        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{num_points}\" NumberOfCells=\"{num_cells}\">"
+    )?;
+    writeln!(out, "<Points>")?;
+    let coordinates = grid.points.iter().flat_map(|p| [p.x, p.y, p.z]);
+    write_array(
+        out,
+        "Float64",
+        "Points",
+        3,
+        coordinates.flat_map(f64::to_le_bytes).collect(),
+    )?;
+    writeln!(out, "</Points>\n<Cells>")?;
+    let nodes = grid.cells.nodes().flat_map(|n| (n as i64).to_le_bytes());
+    write_array(out, "Int64", "connectivity", 1, nodes.collect())?;
+    let ends = (1..=num_cells).map(|cell| (cell * grid.cells.corners()) as i64);
+    write_array(out, "Int64", "offsets", 1, ends.flat_map(i64::to_le_bytes).collect())?;
+    write_array(out, "UInt8", "types", 1, vec![grid.cells.vtk_kind(); num_cells])?;
+    writeln!(out, "</Cells>")?;
+    for (section, arrays) in [("PointData", &grid.point_arrays), ("CellData", &grid.cell_arrays)] {
+        writeln!(out, "<{section}>")?;
+        for array in arrays {
+            let name = escape(&array.name);
+            let (kind, bytes) = match &array.values {
+                VtuValues::Reals(values) => ("Float64", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+                VtuValues::Integers(values) => ("Int64", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            };
+            write_array(out, kind, &name, array.components, bytes)?;
+        }
+        writeln!(out, "</{section}>")?;
+    }
+    writeln!(out, "</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// `[blocks][block size][size of the last block, 0 if full][compressed sizes]` and the blocks, each part in base64.
+fn write_array(out: &mut dyn Write, kind: &str, name: &str, components: usize, bytes: Vec<u8>) -> io::Result<()> {
+    const BLOCK: usize = 1 << 18;
+    let mut sizes = Vec::new();
+    let mut blocks = Vec::new();
+    for block in bytes.chunks(BLOCK) {
+        let before = blocks.len();
+        let mut encoder = ZlibEncoder::new(&mut blocks, Compression::fast());
+        encoder.write_all(block)?;
+        encoder.finish()?;
+        sizes.push((blocks.len() - before) as u64);
+    }
+    let mut header = vec![sizes.len() as u64, BLOCK as u64, (bytes.len() % BLOCK) as u64];
+    header.extend(sizes);
+    let header: Vec<u8> = header.into_iter().flat_map(u64::to_le_bytes).collect();
+    // without the attribute for scalars: meshio would give them a second axis
+    let columns = if components == 1 {
+        String::new()
+    } else {
+        format!(" NumberOfComponents=\"{components}\"")
+    };
+    writeln!(
+        out,
+        "<DataArray type=\"{kind}\" Name=\"{name}\"{columns} format=\"binary\">"
+    )?;
+    writeln!(out, "{}{}\n</DataArray>", BASE64.encode(header), BASE64.encode(blocks))
+}

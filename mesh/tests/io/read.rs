@@ -1,0 +1,236 @@
+//! Files of other programs.
+
+use kerfem_mesh::{Point, VertexId, io, quality};
+
+use crate::shared::{sample, shared_data};
+
+fn error(name: &str) -> String {
+    let text = io::read_mesh(sample(name)).unwrap_err().to_string();
+    assert!(text.contains(name) && !text.contains('\n'), "{text}");
+    text
+}
+
+#[test]
+fn every_form_of_vtu_gives_the_same_mesh() {
+    let mut forms = vec!["meshio_none", "meshio_zlib", "meshio_lzma", "meshio_ascii"]
+        .into_iter()
+        .map(String::from)
+        .collect::<Vec<_>>();
+    for header in ["32_le", "64_be"] {
+        forms.push(format!("vtk_ascii_none_{header}"));
+        for mode in ["binary", "appended"] {
+            for compressor in ["none", "zlib", "lz4", "lzma"] {
+                forms.push(format!("vtk_{mode}_{compressor}_{header}"));
+            }
+        }
+    }
+    let first = io::read_mesh(sample("meshio_none.vtu")).unwrap();
+    assert_eq!(
+        (first.points.len(), first.tets.len(), first.triangles.len()),
+        (12, 12, 0)
+    );
+    for form in forms {
+        let mesh = io::read_mesh(sample(&format!("{form}.vtu"))).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(mesh.points, first.points, "{form}");
+        assert_eq!(mesh.tets, first.tets, "{form}");
+        assert_eq!(mesh.cell_arrays["quality"].values.len(), 12, "{form}");
+        assert_eq!(mesh.point_arrays["velocity"], first.point_arrays["velocity"], "{form}");
+        for (a, b) in mesh.cell_arrays["quality"]
+            .values
+            .iter()
+            .zip(&first.cell_arrays["quality"].values)
+        {
+            assert!((a - b).abs() < 1e-12, "{form}"); // meshio writes 12 digits in ASCII
+        }
+        assert_eq!(mesh.cell_arrays["region"], first.cell_arrays["region"], "{form}");
+        if form.starts_with("vtk") {
+            assert_eq!(mesh.cell_arrays["flag"].values[..4], [0.0, 1.0, 0.0, 0.0], "{form}");
+            for (a, b) in mesh.point_arrays["velocity32"]
+                .values
+                .iter()
+                .zip(&first.point_arrays["velocity"].values)
+            {
+                assert!((a - b).abs() < 1e-6, "{form}");
+            }
+        }
+    }
+    assert_eq!(first.points[11], Point::new(2.0, 1.0, 1.0));
+    assert_eq!(first.point_arrays["velocity"].components, 3);
+    assert_eq!(first.point_arrays["velocity"].row(11), [2.1, -1.9, 0.6]);
+    assert_eq!(first.cell_arrays["region"].values[..4], [0.0, 1.0, 2.0, 0.0]);
+    assert!((quality::volume(&first.into_tet_mesh().unwrap()) - 2.0).abs() < 1e-14);
+}
+
+#[test]
+fn cell_arrays_have_the_rows_of_tetrahedra_then_of_triangles() {
+    let mesh = io::read_mesh(sample("mixed.vtu")).unwrap();
+    assert_eq!((mesh.tets.len(), mesh.triangles.len()), (12, 12));
+    let expected: Vec<f64> = (0..24).map(|k| f64::from(k % 12 + 100 * (k / 12))).collect();
+    assert_eq!(mesh.cell_arrays["number"].values, expected);
+}
+
+#[test]
+fn every_version_of_gmsh_gives_the_same_mesh() {
+    let first = io::read_mesh(sample("gmsh_4.1.msh")).unwrap();
+    assert_eq!(
+        (first.points.len(), first.tets.len(), first.triangles.len()),
+        (44, 90, 14)
+    );
+    for version in ["1.0", "2.2", "4.1_binary"] {
+        let mesh = io::read_mesh(sample(&format!("gmsh_{version}.msh"))).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(mesh.points.len(), first.points.len(), "{version}");
+        for (a, b) in mesh.points.iter().zip(&first.points) {
+            assert!((a - b).norm() < 1e-15, "{version}"); // the text forms have 16 digits
+        }
+        assert_eq!(mesh.tets, first.tets, "{version}");
+        assert_eq!(mesh.triangles, first.triangles, "{version}");
+        let (body, side) = if version == "1.0" {
+            ("3", "7")
+        } else {
+            ("body", "left side")
+        };
+        assert_eq!(mesh.groups[body], first.groups["body"], "{version}");
+        assert_eq!(mesh.groups[side], first.groups["left side"], "{version}");
+        assert_eq!(mesh.groups["12"].vertices, [0], "{version}");
+    }
+    assert_eq!(first.groups["body"].tets, (0..90).collect::<Vec<_>>());
+    let side = &first.groups["left side"];
+    assert_eq!(side.triangles, (0..14).collect::<Vec<_>>());
+    assert!(side.vertices.iter().all(|&v| first.points[v].x == 0.0));
+    assert!((quality::volume(&first.into_tet_mesh().unwrap()) - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn other_files_are_refused_with_what_is_accepted() {
+    let accepted = "tetrahedra and triangles of order 1 are accepted, and lines and points beside them";
+    assert!(error("hexahedron.vtu").contains("cell 12 (from zero): is a hexahedron (VTK cell type 12); tetrahedra"));
+    assert!(error("gmsh_order2.msh").contains("of order 2 (gmsh element type"));
+    assert!(error("gmsh_order2.msh").ends_with(accepted));
+    assert!(error("gmsh_4.0.msh").contains("line 2, $MeshFormat: version 4, file type 0, data size 8; gmsh 1 ($NOD)"));
+    assert!(error("gmsh_2.2_binary.msh").contains("version 2.2, file type 1"));
+    assert!(error("absent.vtu").contains("cannot be read"));
+    let text = io::read_mesh("mesh.stl").unwrap_err().to_string();
+    assert_eq!(text, "mesh.stl: a mesh is read from .vtu, .msh files");
+    let text = io::read_sweep(sample("mixed.vtu")).unwrap_err().to_string();
+    assert!(
+        text.contains("is a tetrahedron (VTK cell type 10); a sweep is a surface"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_organ_of_the_examples_is_sound_and_its_blades_are_read() {
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+    let data = io::read_mesh(scenes.join("organ.msh")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(data.groups["body"].tets, (0..data.tets.len()).collect::<Vec<_>>());
+    let clamp = data.groups["clamp"].clone();
+    let mesh = data.into_tet_mesh().unwrap();
+    mesh.check(true).unwrap();
+    assert!((2500..5000).contains(&mesh.num_cells()) && mesh.pieces().1 == 1);
+    assert!(
+        clamp.vertices.len() > 50
+            && clamp
+                .vertices
+                .iter()
+                .all(|&v| mesh.is_boundary_vertex(VertexId(v as u32)))
+    );
+    let report = quality::report(&mesh, mesh.rest_positions());
+    assert!(
+        report.min_radius_ratio > 0.4 && report.max_over_min_edge < 6.0,
+        "{report:?}"
+    );
+    let half = io::read_sweep(scenes.join("blade.obj")).unwrap();
+    let through = io::read_sweep(scenes.join("blade_through.obj")).unwrap();
+    assert_eq!((half.triangles.len(), through.triangles.len()), (288, 576));
+}
+
+#[test]
+fn polygons_of_a_sweep_become_triangles() {
+    let sweep = io::read_sweep(sample("surface.vtu")).unwrap();
+    let expected = [[0, 1, 4], [1, 2, 5], [1, 5, 4], [0, 1, 4], [0, 4, 9], [0, 9, 6]];
+    assert_eq!(sweep.triangles, expected);
+}
+
+#[test]
+fn shared_meshes_have_the_counts_of_their_list() {
+    let Some(data) = shared_data() else { return };
+    for (name, points, tets, triangles) in [
+        ("liver.msh", 181, 596, 0),
+        ("liver2.msh", 507, 1493, 860),
+        ("torus_low_res.msh", 264, 862, 408),
+        ("cylinder_8x30x6.msh", 1446, 6750, 0),
+        ("raptorTetra_8418.vtu", 2996, 8418, 0),
+    ] {
+        let mesh = io::read_mesh(data.join("meshes").join(name)).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            (mesh.points.len(), mesh.tets.len(), mesh.triangles.len()),
+            (points, tets, triangles),
+            "{name}"
+        );
+        let mesh = mesh.into_tet_mesh().unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(quality::volume(&mesh) > 0.0);
+        mesh.check(false).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+    let sweep = io::read_sweep(data.join("meshes/liver-smooth.obj")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((sweep.points.len(), sweep.triangles.len()), (2194, 4384));
+}
+
+#[test]
+fn shared_cases_are_read_and_their_cuts_agree() {
+    let Some(data) = shared_data() else { return };
+    let mut counts = (0, 0, 0);
+    let mut folders: Vec<_> = std::fs::read_dir(data.join("cases"))
+        .unwrap()
+        .map(|f| f.unwrap().path())
+        .collect();
+    folders.sort();
+    for folder in folders.iter().filter(|f| f.is_dir()) {
+        let mesh = io::read_mesh(folder.join("mesh.vtu")).unwrap_or_else(|e| panic!("{e}"));
+        for other in ["mesh22.msh", "mesh41.msh"]
+            .map(|n| folder.join(n))
+            .iter()
+            .filter(|p| p.exists())
+        {
+            let same = io::read_mesh(other).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(same.tets, mesh.tets, "{}", other.display());
+            assert_eq!(same.points.len(), mesh.points.len(), "{}", other.display());
+            assert!(
+                same.points
+                    .iter()
+                    .zip(&mesh.points)
+                    .all(|(a, b)| (a - b).norm() < 1e-14),
+                "{}",
+                other.display()
+            );
+        }
+        if folder.join("reference.vtu").exists() {
+            let reference = io::read_mesh(folder.join("reference.vtu")).unwrap_or_else(|e| panic!("{e}"));
+            assert!(!reference.point_arrays.is_empty(), "{}", folder.display());
+        }
+        if mesh.tets.is_empty() {
+            assert!(mesh.into_tri_mesh().is_ok(), "{}", folder.display());
+            counts.0 += 1;
+            continue;
+        }
+        mesh.into_tet_mesh()
+            .unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        counts.1 += 1;
+        for name in ["cut", "cut0", "cut1", "cut_exact"] {
+            let obj = folder.join(name).with_extension("obj");
+            if obj.exists() {
+                let sweep = io::read_sweep(&obj).unwrap_or_else(|e| panic!("{e}"));
+                let vtu = obj.with_extension("vtu");
+                if vtu.exists() {
+                    let same = io::read_sweep(&vtu).unwrap_or_else(|e| panic!("{e}"));
+                    assert_eq!(same.triangles.len(), sweep.triangles.len(), "{}", vtu.display());
+                }
+                counts.2 += 1;
+            }
+        }
+    }
+    eprintln!(
+        "{} planar meshes, {} meshes of tetrahedra, {} sweeps",
+        counts.0, counts.1, counts.2
+    );
+    assert!(counts.1 > 0 && counts.2 > 0);
+}

@@ -1,0 +1,87 @@
+"""Makes mesh/tests/samples: one small mesh in every form that is read. Needs pyvista, meshio and gmsh.
+
+    python mesh/tests/make_samples.py
+
+The samples are committed; this script says where they come from. Each holds the same two-by-one-by-one box of tetrahedra
+(gmsh files: a box meshed by gmsh), with a vector at each point, a number and an integer in each cell.
+"""
+import pathlib
+
+import gmsh
+import meshio
+import numpy as np
+import pyvista
+import vtk
+
+HERE = pathlib.Path(__file__).parent / "samples"
+HERE.mkdir(exist_ok=True)
+
+KUHN = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
+points = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1, 2)], float)
+corner = np.array([b % 2 + 3 * (b // 2 % 2) + 6 * (b // 4) for b in range(8)])
+tets = np.concatenate([corner[KUHN], corner[KUHN] + 1])
+velocity = points * [1.0, -2.0, 0.5] + 0.1
+quality = np.linspace(0.25, 0.75, len(tets))
+region = np.arange(len(tets)) % 3
+
+# meshio: base64 inside the XML
+mesh = meshio.Mesh(points, [("tetra", tets)], {"velocity": velocity}, {"quality": [quality], "region": [region]})
+for compression in (None, "zlib", "lzma"):
+    mesh.write(HERE / f"meshio_{compression or 'none'}.vtu", compression=compression)
+mesh.write(HERE / "meshio_ascii.vtu", binary=False)
+
+# VTK: every mode, compressor, header and order of bytes
+grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: tets}, points)
+grid.point_data["velocity"] = velocity
+grid.point_data["velocity32"] = velocity.astype(np.float32)
+grid.cell_data["quality"] = quality
+grid.cell_data["region"] = region.astype(np.int32)
+grid.cell_data["flag"] = (region == 1).astype(np.uint8)
+for mode, data_mode in (("ascii", 0), ("binary", 1), ("appended", 2)):
+    for compressor, kind in (("none", 0), ("zlib", 1), ("lz4", 2), ("lzma", 3)):
+        if mode == "ascii" and compressor != "none":
+            continue
+        for header, order, base64 in ((32, "le", True), (64, "be", False)):
+            writer = vtk.vtkXMLUnstructuredGridWriter()
+            writer.SetInputData(grid)
+            writer.SetFileName(str(HERE / f"vtk_{mode}_{compressor}_{header}_{order}.vtu"))
+            writer.SetDataMode(data_mode)
+            writer.SetCompressorType(kind)
+            writer.SetBlockSize(128)
+            writer.SetHeaderType(header)
+            writer.SetByteOrder(1 if order == "le" else 0)
+            writer.SetEncodeAppendedData(base64)
+            assert writer.Write() == 1
+
+# refused or mixed cells
+mixed = [("tetra", tets), ("triangle", tets[:, :3]), ("line", tets[:, :2]), ("vertex", tets[:, :1])]
+meshio.Mesh(points, mixed, {}, {"number": [100 * k + np.arange(len(c)) for k, (_, c) in enumerate(mixed)]}).write(
+    HERE / "mixed.vtu")
+meshio.Mesh(points, [("tetra", tets), ("hexahedron", [[0, 1, 4, 3, 6, 7, 10, 9]])]).write(HERE / "hexahedron.vtu")
+cells = [("triangle", [[0, 1, 4]]), ("quad", [[1, 2, 5, 4]]), ("polygon", [[0, 1, 4, 9, 6]])]
+meshio.Mesh(points, cells).write(HERE / "surface.vtu", binary=False)
+
+# gmsh: every version
+gmsh.initialize()
+gmsh.option.setNumber("General.Verbosity", 0)
+gmsh.option.setNumber("General.NumThreads", 1)
+gmsh.model.occ.addBox(0, 0, 0, 2, 1, 1)
+gmsh.model.occ.synchronize()
+gmsh.option.setNumber("Mesh.MeshSizeMin", 0.9)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.9)
+left = gmsh.model.getEntitiesInBoundingBox(-1e-3, -1e-3, -1e-3, 1e-3, 2, 2, 2)
+gmsh.model.addPhysicalGroup(2, [left[0][1]], 7, "left side")
+gmsh.model.addPhysicalGroup(3, [1], 3, "body")
+gmsh.model.addPhysicalGroup(0, [1], 12)
+gmsh.model.mesh.generate(3)
+for version, binary in ((1.0, 0), (2.2, 0), (4.1, 0), (2.2, 1), (4.1, 1), (4.0, 0)):
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.write(str(HERE / f"gmsh_{version}{'_binary' if binary else ''}.msh"))
+gmsh.model.mesh.setOrder(2)
+gmsh.option.setNumber("Mesh.Binary", 0)
+gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+gmsh.write(str(HERE / "gmsh_order2.msh"))
+kinds, tags, nodes = gmsh.model.mesh.getElements(3)
+print("gmsh tetrahedra", len(tags[0]))
+gmsh.finalize()
