@@ -1,0 +1,299 @@
+//! A cut from beginning to end.
+
+use std::collections::BTreeSet;
+use std::time::Instant;
+
+use kerfem_mesh::{BoxTree, CellId, FacetSide, MeshChange, Point, TetMesh, VertexId, predicates::orient3d};
+
+use crate::separate::Lip;
+use crate::sheet::Rule;
+use crate::sweep::Piece;
+use crate::workspace::Workspace;
+use crate::{Sweep, delete, front, region, separate, sheet};
+
+/// What input a cut cannot use.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CutError {
+    /// The sweep has a coordinate that is not finite or an index out of range.
+    #[error("bad sweep: {reason}; accepted: finite points and triangles of existing points")]
+    BadSweep {
+        /// What is wrong.
+        reason: String,
+    },
+    /// The snap threshold is out of range.
+    #[error("snap = {value} is out of range; accepted: 0 to 0.45 of the local mean edge")]
+    BadSnap {
+        /// The value given.
+        value: f64,
+    },
+    /// Positions do not belong to the mesh.
+    #[error("{given} cutting-frame positions were given for {slots} vertex slots")]
+    BadPositions {
+        /// How many were given.
+        given: usize,
+        /// How many the mesh has room for.
+        slots: usize,
+    },
+}
+
+/// Why a cut was not made; the mesh is as it was.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// A cell near the sweep is inverted in the cutting frame, so places in it have no rest place (F19).
+    #[error("cell {cell} near the sweep is inverted in the deformed state")]
+    InvertedCell {
+        /// The cell.
+        cell: u32,
+    },
+    /// A new cell would have no volume.
+    #[error("a new cell inside cell {parent} would have no volume")]
+    FlatCell {
+        /// The cell that it would come from.
+        parent: u32,
+    },
+    /// Paths between cells met edges of the sweep at every attempt, so that sides could not be told.
+    #[error("the sides of the sweep could not be told apart near {x}, {y}, {z}")]
+    AmbiguousSides {
+        /// First coordinate of a point of the sweep.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+        /// Third coordinate.
+        z: f64,
+    },
+}
+
+/// How the mesh is made to follow the sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// B1: remove the cells that the sweep crosses.
+    Delete,
+    /// B2: split every crossed edge where the sweep crosses it; cells may become arbitrarily bad.
+    Subdivide,
+    /// B3: move vertices onto the sweep and separate along existing facets; no new cells.
+    Snap,
+    /// S: cut-vertices near the sweep are snapped onto it, other edges are split.
+    Hybrid,
+}
+
+impl Method {
+    /// All methods, by name.
+    pub const NAMES: [(&'static str, Method); 4] = [
+        ("delete", Method::Delete),
+        ("subdivide", Method::Subdivide),
+        ("snap", Method::Snap),
+        ("hybrid", Method::Hybrid),
+    ];
+}
+
+/// Settings of a cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutOptions {
+    /// How the mesh follows the sweep.
+    pub method: Method,
+    /// Threshold `d` as a fraction of the local mean edge (S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
+    pub snap: f64,
+}
+
+impl Default for CutOptions {
+    fn default() -> Self {
+        CutOptions {
+            method: Method::Hybrid,
+            snap: 0.2,
+        }
+    }
+}
+
+/// What a cut did beyond the [`MeshChange`].
+#[derive(Clone, Debug, Default)]
+pub struct CutReport {
+    /// Seconds spent finding cells near the sweep.
+    pub find_seconds: f64,
+    /// Seconds spent changing the mesh.
+    pub remesh_seconds: f64,
+    /// Area of one lip at rest (m²).
+    pub area: f64,
+    /// Largest distance from a corner, edge midpoint or centre of a new face to the sweep, in the cutting frame (m).
+    pub max_distance_to_sweep: f64,
+    /// Why nothing was changed, if the cut was refused.
+    pub refused: Vec<Refusal>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Nodes of the box tree looked at.
+    pub tree_nodes: usize,
+}
+
+/// The result of [`cut`].
+#[derive(Clone, Debug, Default)]
+pub struct CutOutcome {
+    /// What changed.
+    pub change: MeshChange<4>,
+    /// Cutting-frame positions (m) of the vertices that are new or moved, ascending.
+    pub positions: Vec<(VertexId, Point)>,
+    /// Areas, distances, refusals, warnings.
+    pub report: CutReport,
+}
+
+/// Cuts a mesh by a sweep in one transaction.
+///
+/// `positions` (m, one for each vertex slot) are those of the cutting frame: rest positions, or deformed ones; `tree` holds
+/// the boxes of all cells in that frame, by cell number. New rest positions follow by the same weights (S4), so the
+/// displacement field is unchanged where nothing moved. Pieces of the sweep that are not connected cut one after another. A
+/// sweep that touches nothing, lies on the boundary or repeats a cut changes nothing and gives a warning. A refusal leaves
+/// everything as it was.
+///
+/// # Errors
+/// [`CutError`] for input that is out of range.
+pub fn cut(
+    mesh: &mut TetMesh,
+    tree: &BoxTree,
+    positions: &[Point],
+    sweep: &Sweep,
+    options: &CutOptions,
+) -> Result<CutOutcome, CutError> {
+    if !(0.0..=0.45).contains(&options.snap) {
+        return Err(CutError::BadSnap { value: options.snap });
+    }
+    if positions.len() != mesh.vertex_slots() {
+        return Err(CutError::BadPositions {
+            given: positions.len(),
+            slots: mesh.vertex_slots(),
+        });
+    }
+    let mut report = CutReport::default();
+    let mut ws = Workspace::new(mesh, positions);
+    for piece in sweep.pieces() {
+        if let Err(refusal) = cut_by_piece(&mut ws, tree, piece, sweep, options, &mut report) {
+            let refused = vec![refusal];
+            return Ok(CutOutcome {
+                report: CutReport {
+                    refused,
+                    area: 0.0,
+                    ..report
+                },
+                ..CutOutcome::default()
+            });
+        }
+    }
+    let changed = ws.changed_positions();
+    let change = ws.edit.commit();
+    if change.is_empty() {
+        report
+            .warnings
+            .push("the sweep changes nothing: it misses the body, lies on its boundary or repeats a cut".into());
+    }
+    let positions = if change.is_empty() { Vec::new() } else { changed };
+    Ok(CutOutcome {
+        change,
+        positions,
+        report,
+    })
+}
+
+/// Passes until a pass opens nothing, so that the same sweep again is a no-op by construction (F31). The first pass does
+/// nearly all there is to do.
+const PASSES: usize = 4;
+
+fn cut_by_piece(
+    ws: &mut Workspace<'_>,
+    tree: &BoxTree,
+    piece: &Piece,
+    sweep: &Sweep,
+    options: &CutOptions,
+    report: &mut CutReport,
+) -> Result<(), Refusal> {
+    for _ in 0..PASSES {
+        let start = Instant::now();
+        ws.on.clear();
+        ws.exact.clear();
+        report.tree_nodes += region::find(ws, tree, piece);
+        report.find_seconds += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let goes_on = pass(ws, piece, sweep, options, report)?;
+        report.remesh_seconds += start.elapsed().as_secs_f64();
+        if !goes_on {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// One pass over a piece: whether it changed anything that another pass might add to.
+fn pass(
+    ws: &mut Workspace<'_>,
+    piece: &Piece,
+    sweep: &Sweep,
+    options: &CutOptions,
+    report: &mut CutReport,
+) -> Result<bool, Refusal> {
+    if let Some(&cell) = ws.region.iter().find(|&&c| !is_positive(&ws.cell_positions(c))) {
+        return Err(Refusal::InvertedCell { cell: cell.0 });
+    }
+    let save = ws.savepoint();
+    let lip = match options.method {
+        Method::Delete => {
+            delete::remove_crossed(ws, piece);
+            // what is left may hang together by edges and vertices only
+            separate::open_pinched(ws);
+            return Ok(false);
+        }
+        Method::Subdivide => decompose(ws, piece, 0.0)?,
+        Method::Hybrid => decompose(ws, piece, options.snap)?,
+        Method::Snap => {
+            sheet::take_present(ws, piece, options.snap);
+            sheet::open(ws, piece, Rule::SnapAlways);
+            separate(ws, piece, options.snap)?
+        }
+    };
+    if lip.facets.is_empty() {
+        ws.restore(save);
+        return Ok(false);
+    }
+    check_new_cells(ws)?;
+    measure(ws, &lip, sweep, report);
+    Ok(true)
+}
+
+fn decompose(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+    sheet::take_present(ws, piece, snap);
+    front::place(ws, piece, snap);
+    sheet::open(ws, piece, Rule::SnapWithin(snap));
+    separate(ws, piece, snap)
+}
+
+fn separate(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+    let p = piece.triangles()[0][0];
+    separate::open(ws, piece, snap).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
+}
+
+fn is_positive(p: &[Point; 4]) -> bool {
+    orient3d(p[0], p[1], p[2], p[3]) > 0.0
+}
+
+fn check_new_cells(ws: &Workspace<'_>) -> Result<(), Refusal> {
+    let flat = |c: &&CellId| !is_positive(&ws.cell_positions(**c)) || !is_positive(&ws.mesh().cell_rest_positions(**c));
+    match ws.region.iter().find(flat) {
+        Some(&c) => Err(Refusal::FlatCell {
+            parent: ws.edit.ancestor(c).0,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn measure(ws: &Workspace<'_>, lip: &Lip, sweep: &Sweep, report: &mut CutReport) {
+    let corners = |s: FacetSide| ws.mesh().facet_corners(s);
+    let mut points: Vec<Point> = Vec::new();
+    let mut vertices = BTreeSet::new();
+    for &side in &lip.facets {
+        let v = corners(side);
+        let rest = v.map(|u| ws.mesh().rest_position(u));
+        report.area += (rest[1] - rest[0]).cross(&(rest[2] - rest[0])).norm() / 2.0;
+        let p = v.map(|u| ws.position(u));
+        points.push((p[0] + p[1] + p[2]) / 3.0);
+        points.extend([(0, 1), (1, 2), (2, 0)].map(|(i, j)| (p[i] + p[j]) / 2.0));
+        vertices.extend(v);
+    }
+    points.extend(vertices.into_iter().map(|v| ws.position(v)));
+    let farthest = points.iter().map(|p| sweep.distance(p)).fold(0.0, f64::max);
+    report.max_distance_to_sweep = report.max_distance_to_sweep.max(farthest);
+}

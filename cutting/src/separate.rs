@@ -1,0 +1,188 @@
+//! Separation: facets between cells on different sides of the sweep open.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId};
+
+use crate::sweep::Piece;
+use crate::workspace::Workspace;
+
+/// One lip of what a cut opened: facets seen from the cells on one side.
+#[derive(Default)]
+pub(crate) struct Lip {
+    pub(crate) facets: Vec<FacetSide>,
+}
+
+/// Points inside cells and facets are mixed with these weights, one row an attempt, so that paths between them do not run
+/// into edges of the sweep.
+const MIXES: [[f64; 4]; 6] = [
+    [0.2371, 0.2539, 0.2417, 0.2673],
+    [0.2713, 0.2291, 0.2609, 0.2387],
+    [0.2207, 0.2833, 0.2351, 0.2609],
+    [0.2549, 0.2179, 0.2963, 0.2309],
+    [0.2111, 0.2417, 0.2657, 0.2815],
+    [0.2903, 0.2677, 0.2273, 0.2147],
+];
+
+/// How far the point that stands for a cell is drawn from its free corners towards its middle.
+const INWARD: f64 = 0.1;
+
+/// Of `d`: how close to the sweep the middle of a cell must be for its side to be undecided.
+const UNDECIDED: f64 = 0.25;
+
+/// Opens the mesh along the piece; `None` if the paths met edges of the sweep at every attempt.
+pub(crate) fn open(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Option<Lip> {
+    let marked = MIXES.iter().find_map(|mix| mark(ws, piece, snap, mix))?;
+    let vertices = marked.iter().flat_map(|&s| ws.mesh().facet_corners(s)).collect();
+    Some(double_vertices(ws, &marked, vertices))
+}
+
+/// Facets whose two cells lie on different sides, ascending.
+fn mark(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
+    let inside = cells_stand_at(ws, piece, snap, mix);
+    let mut marked = Vec::new();
+    for (&cell, &here) in &inside {
+        for local in 0..4u8 {
+            let side = FacetSide { cell, local };
+            let Some(other) = ws.mesh().neighbors(cell)[local as usize].some() else {
+                continue;
+            };
+            if other < cell && inside.contains_key(&other) {
+                continue;
+            }
+            let there = inside
+                .get(&other)
+                .copied()
+                .unwrap_or_else(|| stand_in(ws, &ws.mesh().cell(other), mix));
+            let via = stand_in(ws, &ws.mesh().facet_corners(side), mix);
+            if piece.separates(here, via, there)? {
+                marked.push(side);
+            }
+        }
+    }
+    Some(marked)
+}
+
+/// Where each cell near the sweep stands. A cell that the cut runs along on all corners and whose middle is too close to the
+/// sweep to tell stands with a neighbour, the one behind its largest facet, instead of coming loose as a chip.
+fn cells_stand_at(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> BTreeMap<CellId, Point> {
+    let (mut stands, mut undecided) = (BTreeMap::new(), Vec::new());
+    for &c in &ws.region {
+        let corners = ws.mesh().cell(c);
+        let point = stand_in(ws, &corners, mix);
+        let reach = corners.iter().map(|&v| ws.reach(v, snap)).fold(f64::INFINITY, f64::min);
+        if corners.iter().all(|v| ws.on.contains(v)) && piece.nearest(&point).distance < UNDECIDED * reach {
+            undecided.push((c, point));
+        } else {
+            stands.insert(c, point);
+        }
+    }
+    while !undecided.is_empty() {
+        let with_neighbor: Vec<(CellId, Point)> = undecided
+            .iter()
+            .filter_map(|&(c, _)| Some((c, largest_neighbor(ws, c, &stands)?)))
+            .collect();
+        if with_neighbor.is_empty() {
+            stands.extend(undecided);
+            break;
+        }
+        stands.extend(with_neighbor);
+        undecided.retain(|(c, _)| !stands.contains_key(c));
+    }
+    stands
+}
+
+fn largest_neighbor(ws: &Workspace<'_>, c: CellId, stands: &BTreeMap<CellId, Point>) -> Option<Point> {
+    (0..4u8)
+        .filter_map(|local| {
+            let stand = *stands.get(&ws.mesh().neighbors(c)[local as usize].some()?)?;
+            let p = ws
+                .mesh()
+                .facet_corners(FacetSide { cell: c, local })
+                .map(|v| ws.position(v));
+            Some(((p[1] - p[0]).cross(&(p[2] - p[0])).norm(), stand))
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, stand)| stand)
+}
+
+/// A point that stands for a simplex: near the corners that the cut does not go through, drawn a little inwards.
+fn stand_in(ws: &Workspace<'_>, corners: &[VertexId], mix: &[f64; 4]) -> Point {
+    let mut places: Vec<(Point, bool)> = corners.iter().map(|&v| (ws.position(v), !ws.on.contains(&v))).collect();
+    places.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    let mean = |chosen: &dyn Fn(bool) -> bool| {
+        let (sum, total) = places
+            .iter()
+            .zip(mix)
+            .filter(|((_, free), _)| chosen(*free))
+            .fold((Point::zeros(), 0.0), |(sum, total), ((p, _), w)| {
+                (sum + p * *w, total + w)
+            });
+        (total > 0.0).then(|| sum / total)
+    };
+    let middle = mean(&|_| true).unwrap_or_default();
+    mean(&|free| free).map_or(middle, |corner| corner * (1.0 - INWARD) + middle * INWARD)
+}
+
+/// Gives every vertex near the sweep whose link has fallen apart one copy for each part (Y4, F14).
+pub(crate) fn open_pinched(ws: &mut Workspace<'_>) {
+    let vertices = ws.region_vertices().into_iter().collect();
+    double_vertices(ws, &[], vertices);
+}
+
+/// Gives every vertex one copy for each group of its cells that the marks leave connected; the group with the smallest cell
+/// keeps the vertex.
+fn double_vertices(ws: &mut Workspace<'_>, marked: &[FacetSide], vertices: BTreeSet<VertexId>) -> Lip {
+    let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
+    let mut corners: BTreeMap<CellId, [VertexId; 4]> = BTreeMap::new();
+    for v in vertices {
+        let cells = ws.mesh().cells_of_vertex(v).to_vec();
+        let (group, count) = ws.mesh().pieces_among(&cells, |side| {
+            ws.mesh().cell(side.cell)[side.local as usize] != v && !closed.contains(&ws.mesh().facet_key(side))
+        });
+        let copies: Vec<VertexId> = (1..count).map(|_| ws.add_vertex(&[(v, 1.0)])).collect();
+        for (&c, &g) in cells.iter().zip(&group) {
+            if g > 0 {
+                let own = corners.entry(c).or_insert_with(|| ws.mesh().cell(c));
+                *own = own.map(|w| if w == v { copies[g - 1] } else { w });
+            }
+        }
+    }
+    let pairs: Vec<(FacetSide, FacetSide)> = marked
+        .iter()
+        .filter_map(|&s| Some((s, ws.mesh().other_side(s)?)))
+        .collect();
+    let after = |s: FacetSide| {
+        let cell = corners.get(&s.cell).copied().unwrap_or_else(|| ws.mesh().cell(s.cell));
+        let mut key: Vec<VertexId> = (0..4).filter(|&k| k != s.local as usize).map(|k| cell[k]).collect();
+        key.sort_unstable();
+        key
+    };
+    let opened: Vec<FacetSide> = pairs
+        .iter()
+        .filter(|(a, b)| after(*a) != after(*b))
+        .map(|(a, _)| *a)
+        .collect();
+    replace_all(ws, &corners);
+    let now = |c: CellId| ws.current(c).first().copied().unwrap_or(c);
+    Lip {
+        facets: opened
+            .into_iter()
+            .map(|s| FacetSide {
+                cell: now(s.cell),
+                local: s.local,
+            })
+            .collect(),
+    }
+}
+
+/// Exchanges the corners of cells: all are taken out before any is put back, so that none finds a neighbour it had.
+fn replace_all(ws: &mut Workspace<'_>, corners: &BTreeMap<CellId, [VertexId; 4]>) {
+    let labels: Vec<_> = corners.keys().map(|&c| ws.mesh().facet_labels(c)).collect();
+    for &c in corners.keys() {
+        ws.take_out(c);
+    }
+    for ((&c, own), labels) in corners.iter().zip(labels) {
+        ws.put_in(c, &[(*own, labels)]);
+    }
+}

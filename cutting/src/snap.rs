@@ -1,0 +1,73 @@
+//! Moving a vertex onto the sweep (METHODS S9), only where nothing is lost.
+
+use kerfem_mesh::{CellId, Point, VertexId, predicates::orient3d, quality};
+
+use crate::workspace::{Workspace, combine};
+
+/// A move may not bring the worst cell around the vertex below this radius ratio, unless it was lower before.
+const QUALITY_FLOOR: f64 = 0.3;
+
+/// Of the local volume: how far off its plane a boundary facet may come to lie (DESIGN invariant 3).
+const VOLUME_TOLERANCE: f64 = 1e-13;
+
+/// Moves an interior vertex to `target` (cutting frame) if a cell around it contains that place, no cell inverts and the
+/// worst one stays good. The rest position follows by the barycentric coordinates in the containing cell.
+pub(crate) fn move_interior(ws: &mut Workspace<'_>, v: VertexId, target: Point) -> bool {
+    let star = ws.mesh().cells_of_vertex(v).to_vec();
+    let inside = star.iter().filter_map(|&c| {
+        let mut corners = ws.mesh().cell(c);
+        corners.sort_unstable();
+        Some((corners, barycentric(&corners.map(|u| ws.position(u)), target)?))
+    });
+    // deepest inside, ties by corners: the order of cells must not matter
+    let depth = |w: &[f64; 4]| w.iter().copied().fold(f64::INFINITY, f64::min);
+    let best = inside.max_by(|a, b| depth(&a.1).total_cmp(&depth(&b.1)).then(a.0.cmp(&b.0)));
+    let Some((corners, weights)) = best else { return false };
+    try_move(ws, v, target, &[0, 1, 2, 3].map(|k| (corners[k], weights[k])), &star)
+}
+
+/// Moves a boundary vertex to a combination of vertices of its boundary facets, if that keeps every boundary facet in its
+/// plane: only within a coplanar patch or along a straight crease.
+pub(crate) fn move_on_boundary(ws: &mut Workspace<'_>, v: VertexId, parents: &[(VertexId, f64)]) -> bool {
+    let star = ws.mesh().cells_of_vertex(v).to_vec();
+    let place = combine(parents, |u| ws.mesh().rest_position(u));
+    let volume: f64 = star
+        .iter()
+        .map(|&c| quality::tet_volume(&ws.mesh().cell_rest_positions(c)))
+        .sum();
+    let stays = ws.mesh().boundary_facets_of_vertex(v).all(|side| {
+        let p = ws.mesh().facet_corners(side).map(|u| ws.mesh().rest_position(u));
+        (orient3d(p[0], p[1], p[2], place) / 6.0).abs() <= VOLUME_TOLERANCE * volume
+    });
+    let target = combine(parents, |u| ws.position(u));
+    stays && try_move(ws, v, target, parents, &star)
+}
+
+fn try_move(ws: &mut Workspace<'_>, v: VertexId, target: Point, parents: &[(VertexId, f64)], star: &[CellId]) -> bool {
+    let save = ws.savepoint_of(v);
+    let before = ws.worst_quality(star);
+    ws.put_vertex(v, target, parents);
+    let positive = star.iter().all(|&c| {
+        let (rest, now) = (ws.mesh().cell_rest_positions(c), ws.cell_positions(c));
+        [rest, now].iter().all(|p| orient3d(p[0], p[1], p[2], p[3]) > 0.0)
+    });
+    if positive && ws.worst_quality(star) >= before.min(QUALITY_FLOOR) {
+        return true;
+    }
+    ws.restore_vertex(v, save);
+    false
+}
+
+/// Barycentric coordinates of `x` in a tetrahedron, if it lies inside (or within rounding of it).
+fn barycentric(p: &[Point; 4], x: Point) -> Option<[f64; 4]> {
+    let all = quality::tet_volume(p);
+    if all == 0.0 {
+        return None;
+    }
+    let w = [0, 1, 2, 3].map(|k| {
+        let mut q = *p;
+        q[k] = x;
+        quality::tet_volume(&q) / all
+    });
+    w.iter().all(|&w| w >= -1e-12).then_some(w)
+}

@@ -1,0 +1,64 @@
+//! Splits: one vertex in, every cell around it replaced by cells that fill the same space.
+
+use kerfem_mesh::{CellId, FacetLabel, FacetSide, VertexId};
+
+use crate::workspace::Workspace;
+
+/// Splits an edge at `a + t (b - a)`. Every cell of the edge becomes two:
+///
+/// ```text
+///        c                 c
+///       / \               /|\
+///      /   \     ->      / | \
+///     a --- b           a--p--b
+/// ```
+pub(crate) fn split_edge(ws: &mut Workspace<'_>, a: VertexId, b: VertexId, t: f64) -> VertexId {
+    let ring: Vec<CellId> = ws.mesh().cells_of_edge(a, b).collect();
+    let p = ws.add_vertex(&[(a, 1.0 - t), (b, t)]);
+    for c in ring {
+        // the facet between the two children lies opposite the end that a child keeps
+        let children = [(a, b), (b, a)].map(|(gone, kept)| child(ws, c, gone, p, &[kept]));
+        ws.replace(c, &children);
+    }
+    p
+}
+
+/// Splits a facet at a point given by weights over its corners. The cell on each side becomes three.
+pub(crate) fn split_facet(
+    ws: &mut Workspace<'_>,
+    side: FacetSide,
+    corners: [VertexId; 3],
+    weights: [f64; 3],
+) -> VertexId {
+    let cells: Vec<CellId> = std::iter::once(side.cell)
+        .chain(ws.mesh().other_side(side).map(|s| s.cell))
+        .collect();
+    let p = ws.add_vertex(&[
+        (corners[0], weights[0]),
+        (corners[1], weights[1]),
+        (corners[2], weights[2]),
+    ]);
+    for c in cells {
+        let children = [0, 1, 2].map(|k| child(ws, c, corners[k], p, &[corners[(k + 1) % 3], corners[(k + 2) % 3]]));
+        ws.replace(c, &children);
+    }
+    p
+}
+
+/// The cell `c` with `gone` replaced by `p`; facets opposite `inner` are new and lie inside `c`.
+fn child(
+    ws: &Workspace<'_>,
+    c: CellId,
+    gone: VertexId,
+    p: VertexId,
+    inner: &[VertexId],
+) -> ([VertexId; 4], [FacetLabel; 4]) {
+    let corners = ws.mesh().cell(c);
+    let mut labels = ws.mesh().facet_labels(c);
+    for k in 0..4 {
+        if inner.contains(&corners[k]) {
+            labels[k] = FacetLabel::NONE;
+        }
+    }
+    (corners.map(|v| if v == gone { p } else { v }), labels)
+}

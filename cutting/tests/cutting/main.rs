@@ -1,0 +1,7 @@
+//! Cutting from outside: `robust` awkward sweeps with a known answer, `random` seeded sweeps with every invariant checked
+//! after each, `codes` all ways a plane or disc can meet one tetrahedron, `common` what they share.
+
+mod codes;
+mod common;
+mod random;
+mod robust;
