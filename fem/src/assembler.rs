@@ -1,0 +1,319 @@
+//! Stiffness and mass of a mesh, kept current by what a change touches.
+
+use std::sync::Mutex;
+
+use kerfem_mesh::{CellId, MeshChange, TetMesh};
+use rayon::prelude::*;
+
+use crate::element::Element;
+use crate::evaluate::Scratch;
+use crate::parallel::for_each_slot;
+use crate::pattern::Pattern;
+use crate::rows::{Slots, cells_of_row, corner_of, lumped_mass, mass_row, row_pattern, row_slots, stiffness_row};
+use crate::{BlockMatrix, FemError, MassMatrix, Material};
+
+/// What an update recomputed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Touched {
+    /// Rows recomputed.
+    pub rows: usize,
+    /// Cells recomputed.
+    pub cells: usize,
+    /// Rows that outgrew their place and moved to the end of the arena.
+    pub rows_moved: usize,
+    /// Whether the arena was compacted: the only work proportional to the mesh, amortised over the moves.
+    pub compacted: bool,
+    /// The rows recomputed (vertex slots), ascending.
+    pub row_ids: Vec<u32>,
+}
+
+/// K, M and their common pattern for one mesh of linear tetrahedra.
+///
+/// Every row is the sum over the cells of its vertex in ascending order, so a row recomputed after a change has the bits
+/// of a fresh assembly.
+#[derive(Debug)]
+pub struct Assembler {
+    /// By cell slot; of empty slots: what they last held.
+    pub(crate) elements: Vec<Element>,
+    materials: Vec<Material>,
+    pub(crate) slots: Vec<Slots>,
+    pub(crate) stiffness: BlockMatrix,
+    /// Consistent mass by block.
+    pub(crate) mass: Vec<f64>,
+    pub(crate) lumped: Vec<f64>,
+    /// The pattern's number before the last update that changed it, and the rows which that update changed.
+    stamp_before: u64,
+    rows_changed: Vec<u32>,
+    pub(crate) scratch: Mutex<Scratch>,
+}
+
+impl Clone for Assembler {
+    fn clone(&self) -> Self {
+        Assembler {
+            elements: self.elements.clone(),
+            materials: self.materials.clone(),
+            slots: self.slots.clone(),
+            stiffness: self.stiffness.clone(),
+            mass: self.mass.clone(),
+            lumped: self.lumped.clone(),
+            stamp_before: self.stamp_before,
+            rows_changed: self.rows_changed.clone(),
+            scratch: Mutex::default(),
+        }
+    }
+}
+
+impl Assembler {
+    /// Assembles a mesh; `material_of` is asked once per cell.
+    ///
+    /// # Errors
+    /// [`FemError::InvertedCell`] if a rest volume is not positive, [`FemError::TooManyNeighbors`] beyond 65535 around a
+    /// vertex.
+    pub fn new(mesh: &TetMesh, material_of: impl Fn(CellId) -> Material) -> Result<Self, FemError> {
+        let mut elements = vec![Element::default(); mesh.cell_slots()];
+        let mut materials = vec![Material::UNUSED; mesh.cell_slots()];
+        for c in mesh.cell_ids() {
+            materials[c.index()] = material_of(c);
+            elements[c.index()] = Element::new(c.0, &mesh.cell_rest_positions(c), &materials[c.index()])?;
+        }
+        let rows: Vec<Vec<u32>> = (0..mesh.vertex_slots() as u32)
+            .into_par_iter()
+            .map(|v| row_pattern(mesh, v))
+            .collect::<Result<_, _>>()?;
+        let pattern = Pattern::new(rows.len(), |i| rows[i].len(), |i, out| out.extend_from_slice(&rows[i]));
+        let mut assembler = Assembler {
+            slots: vec![[[0; 4]; 4]; mesh.cell_slots()],
+            mass: vec![0.0; pattern.arena()],
+            lumped: vec![0.0; mesh.vertex_slots()],
+            stamp_before: pattern.stamp(),
+            stiffness: BlockMatrix::zeros(pattern),
+            elements,
+            materials,
+            rows_changed: Vec::new(),
+            scratch: Mutex::default(),
+        };
+        assembler.fill(mesh);
+        Ok(assembler)
+    }
+
+    fn fill(&mut self, mesh: &TetMesh) {
+        let pattern = &self.stiffness.pattern;
+        for_each_slot(&mut self.slots, |c, slots| {
+            let c = CellId(c as u32);
+            if mesh.has_cell(c) {
+                for a in 0..4 {
+                    slots[a] = row_slots(mesh, pattern, c, a);
+                }
+            }
+        });
+        let (elements, slots) = (&self.elements, &self.slots);
+        pattern.for_each_row(&mut self.stiffness.values, |i, _, row| {
+            stiffness_row(mesh, elements, slots, i, row)
+        });
+        pattern.for_each_row(&mut self.mass, |i, _, row| mass_row(mesh, elements, slots, i, row));
+        for_each_slot(&mut self.lumped, |i, m| *m = lumped_mass(mesh, elements, i));
+    }
+
+    /// Brings everything up to date with a mesh that went through `change`: recomputes the cells added and those around
+    /// moved vertices, and the rows of their vertices and of the vertices of removed cells, nothing else. A new cell
+    /// inherits the material of its parent.
+    ///
+    /// # Errors
+    /// [`FemError::InvertedCell`], [`FemError::UnknownParent`], [`FemError::TooManyNeighbors`]; then nothing has changed.
+    pub fn update(&mut self, mesh: &TetMesh, change: &MeshChange<4>) -> Result<Touched, FemError> {
+        let cells = cells_touched(mesh, change);
+        let row_ids = rows_touched(mesh, change, &cells);
+        let fresh = self.fresh_elements(mesh, change, &cells)?;
+        let rows: Vec<Vec<u32>> = row_ids
+            .iter()
+            .map(|&i| row_pattern(mesh, i))
+            .collect::<Result<_, _>>()?;
+
+        self.resize(mesh);
+        for (c, element, material) in fresh {
+            self.elements[c.index()] = element;
+            self.materials[c.index()] = material;
+        }
+        let (rows_moved, compacted) = self.set_rows(mesh.vertex_slots(), &row_ids, &rows);
+        for &i in &row_ids {
+            self.recompute_row(mesh, i as usize);
+        }
+        Ok(Touched {
+            rows: row_ids.len(),
+            cells: cells.len(),
+            rows_moved,
+            compacted,
+            row_ids,
+        })
+    }
+
+    fn fresh_elements(
+        &self,
+        mesh: &TetMesh,
+        change: &MeshChange<4>,
+        cells: &[CellId],
+    ) -> Result<Vec<(CellId, Element, Material)>, FemError> {
+        cells
+            .iter()
+            .map(|&c| {
+                let source = match change.cells_added.binary_search_by_key(&c, |a| a.id) {
+                    Ok(k) => change.cells_added[k].parent,
+                    Err(_) => c,
+                };
+                let material = *self.materials.get(source.index()).ok_or(FemError::UnknownParent {
+                    cell: c.0,
+                    parent: source.0,
+                })?;
+                let element = Element::new(c.0, &mesh.cell_rest_positions(c), &material)?;
+                Ok((c, element, material))
+            })
+            .collect()
+    }
+
+    fn resize(&mut self, mesh: &TetMesh) {
+        self.elements.resize(mesh.cell_slots(), Element::default());
+        self.materials.resize(mesh.cell_slots(), Material::UNUSED);
+        self.slots.resize(mesh.cell_slots(), [[0; 4]; 4]);
+        self.lumped.resize(mesh.vertex_slots(), 0.0);
+    }
+
+    /// Puts new columns into rows; how many moved, and whether the arena was compacted.
+    fn set_rows(&mut self, slots: usize, row_ids: &[u32], rows: &[Vec<u32>]) -> (usize, bool) {
+        let pattern = &mut self.stiffness.pattern;
+        let grown = slots > pattern.rows();
+        let old_slots = pattern.rows();
+        let changed: Vec<u32> = row_ids
+            .iter()
+            .zip(rows)
+            .filter(|&(&i, cols)| i as usize >= old_slots || pattern.cols(i as usize) != cols.as_slice())
+            .map(|(&i, _)| i)
+            .collect();
+        if !grown && changed.is_empty() {
+            return (0, false);
+        }
+        self.stamp_before = pattern.stamp();
+        pattern.renew_stamp();
+        let stamp = pattern.stamp();
+        pattern.grow_rows(slots);
+        let mut moved = 0;
+        for (&i, cols) in row_ids.iter().zip(rows) {
+            if changed.binary_search(&i).is_ok() {
+                moved += usize::from(pattern.set_row(i as usize, cols));
+            }
+        }
+        self.rows_changed = changed;
+        let compacted = settle(pattern, stamp, &mut [&mut self.mass], &mut self.stiffness.values);
+        (moved, compacted)
+    }
+
+    fn recompute_row(&mut self, mesh: &TetMesh, i: usize) {
+        let pattern = &self.stiffness.pattern;
+        for &c in cells_of_row(mesh, i) {
+            let a = corner_of(mesh, c, i);
+            self.slots[c.index()][a] = row_slots(mesh, pattern, c, a);
+        }
+        let range = pattern.range(i);
+        stiffness_row(
+            mesh,
+            &self.elements,
+            &self.slots,
+            i,
+            &mut self.stiffness.values[range.clone()],
+        );
+        mass_row(mesh, &self.elements, &self.slots, i, &mut self.mass[range]);
+        self.lumped[i] = lumped_mass(mesh, &self.elements, i);
+    }
+
+    /// The linear stiffness at rest (N/m), always current.
+    #[inline]
+    pub fn stiffness(&self) -> &BlockMatrix {
+        &self.stiffness
+    }
+
+    /// The consistent mass (kg), always current.
+    #[inline]
+    pub fn consistent_mass(&self) -> MassMatrix<'_> {
+        MassMatrix {
+            pattern: &self.stiffness.pattern,
+            values: &self.mass,
+        }
+    }
+
+    /// Lumped mass by vertex slot (kg): each cell gives a quarter of `density * volume` to its corners.
+    #[inline]
+    pub fn lumped_mass(&self) -> &[f64] {
+        &self.lumped
+    }
+
+    /// Material of a cell; of an empty slot: what it last held.
+    ///
+    /// # Panics
+    /// If there is no such slot.
+    #[inline]
+    pub fn material(&self, c: CellId) -> &Material {
+        &self.materials[c.index()]
+    }
+
+    /// A matrix of zeros with the current pattern.
+    pub fn new_matrix(&self) -> BlockMatrix {
+        BlockMatrix::zeros(self.stiffness.pattern.clone())
+    }
+
+    /// Brings a matrix from [`Self::new_matrix`] to the current pattern. If it had the pattern before the last update, only
+    /// the rows which that changed are touched; their values become zero. An older one is made anew.
+    pub fn follow(&self, out: &mut BlockMatrix) {
+        let own = &self.stiffness.pattern;
+        if out.pattern.stamp() == own.stamp() {
+            return;
+        }
+        if out.pattern.stamp() != self.stamp_before {
+            *out = self.new_matrix();
+            return;
+        }
+        out.pattern.grow_rows(own.rows());
+        for &i in &self.rows_changed {
+            out.pattern.set_row(i as usize, own.cols(i as usize));
+        }
+        settle(&mut out.pattern, own.stamp(), &mut [], &mut out.values);
+        for &i in &self.rows_changed {
+            out.values[own.range(i as usize)].fill([0.0; 9]);
+        }
+    }
+}
+
+/// After changes to a pattern: compacts it if holes prevail, sizes the values, gives it its number.
+fn settle(pattern: &mut Pattern, stamp: u64, scalars: &mut [&mut Vec<f64>], blocks: &mut Vec<[f64; 9]>) -> bool {
+    scalars.iter_mut().for_each(|s| s.resize(pattern.arena(), 0.0));
+    blocks.resize(pattern.arena(), [0.0; 9]);
+    let compacts = pattern.wants_compaction();
+    if compacts {
+        let old = pattern.compact();
+        scalars.iter_mut().for_each(|s| pattern.follow_compaction(&old, s));
+        pattern.follow_compaction(&old, blocks);
+    }
+    pattern.adopt_stamp(stamp);
+    compacts
+}
+
+/// Cells whose shape is new: those added and those around moved vertices, ascending.
+fn cells_touched(mesh: &TetMesh, change: &MeshChange<4>) -> Vec<CellId> {
+    let added = change.cells_added.iter().map(|c| c.id);
+    let around = change
+        .vertices_moved
+        .iter()
+        .flat_map(|v| mesh.cells_of_vertex(v.id).iter().copied());
+    let mut cells: Vec<CellId> = added.chain(around).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
+}
+
+/// Rows that differ: of the vertices of touched and removed cells, ascending.
+fn rows_touched(mesh: &TetMesh, change: &MeshChange<4>, cells: &[CellId]) -> Vec<u32> {
+    let removed = change.cells_removed.iter().flat_map(|c| c.corners);
+    let touched = cells.iter().flat_map(|&c| mesh.cell(c));
+    let mut rows: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}

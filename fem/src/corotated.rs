@@ -1,0 +1,300 @@
+//! The corotated model of one cell: energy, stress and what its tangent needs.
+//!
+//! With `F = R S`, energy `V (mu |F - R|^2 + lambda/2 tr^2(S - I))`. Its gradient is exact with `R` held fixed, because
+//! the rotation maximises `tr(R^T F)`. The second derivative adds the turning of `R`.
+
+use crate::eigen::symmetric_eigen;
+use crate::element::{CornerBlocks, Element, Vec3};
+use crate::small::{Block, times};
+
+/// Least sum of two signed stretches in the tangent; smaller ones (collapse, inversion) would make it unbounded.
+const LEAST_STRETCH_SUM: f64 = 1e-2;
+
+/// `tr(S - I)` of `F` and its rotation, row-major.
+#[inline]
+fn stretch_trace(f: &[f64; 9], r: &[f64; 9]) -> f64 {
+    let mut t = 0.0;
+    for k in 0..9 {
+        t += r[k] * (f[k] - r[k]);
+    }
+    t
+}
+
+/// Energy of a cell (J).
+#[inline]
+pub(crate) fn energy(e: &Element, f: &[f64; 9], r: &[f64; 9]) -> f64 {
+    let t = stretch_trace(f, r);
+    let mut d = 0.0;
+    for k in 0..9 {
+        d += (f[k] - r[k]) * (f[k] - r[k]);
+    }
+    e.volume * (e.mu * d + 0.5 * e.lambda * t * t)
+}
+
+/// First Piola-Kirchhoff stress `2 mu (F - R) + lambda tr(S - I) R` (Pa), row-major.
+#[inline]
+pub(crate) fn stress(e: &Element, f: &[f64; 9], r: &[f64; 9]) -> [f64; 9] {
+    let pressure = e.lambda * stretch_trace(f, r);
+    let mut p = [0.0; 9];
+    for k in 0..9 {
+        p[k] = 2.0 * e.mu * (f[k] - r[k]) + pressure * r[k];
+    }
+    p
+}
+
+/// What the tangent of one cell is made of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct CellTangent {
+    /// `R g_a`.
+    rotated: [Vec3; 4],
+    /// `V lambda` times the scale of the matrix.
+    lambda: f64,
+    /// `V mu` times the scale of the matrix.
+    mu: f64,
+    /// What the turning of `R` adds, see [`twists`]: upper triangle by rows.
+    twist: [f64; 6],
+}
+
+impl CellTangent {
+    /// The warped tangent: `R` is held fixed.
+    #[inline]
+    pub(crate) fn warped(e: &Element, r: &[f64; 9], scale: f64) -> Self {
+        let g = &e.gradients;
+        CellTangent {
+            rotated: [times(r, &g[0]), times(r, &g[1]), times(r, &g[2]), times(r, &g[3])],
+            lambda: scale * e.volume * e.lambda,
+            mu: scale * e.volume * e.mu,
+            twist: [0.0; 6],
+        }
+    }
+
+    /// The exact tangent; `twist` from [`twists`], which may project it to be positive semidefinite.
+    #[inline]
+    pub(crate) fn exact(e: &Element, r: &[f64; 9], twist: &[f64; 6], scale: f64) -> Self {
+        let mut out = CellTangent::warped(e, r, scale);
+        for (to, from) in out.twist.iter_mut().zip(twist) {
+            *to = scale * e.volume * from;
+        }
+        out
+    }
+
+    /// Blocks of corner `a` with `R` held fixed.
+    #[inline(always)]
+    pub(crate) fn warped_blocks(&self, a: usize) -> CornerBlocks<'_> {
+        CornerBlocks::new(self.lambda, self.mu, &self.rotated, a)
+    }
+
+    /// What the exact blocks of corner `a` have beyond the warped ones.
+    #[inline(always)]
+    pub(crate) fn twist_blocks(&self, a: usize) -> TwistBlocks<'_> {
+        let [x, y, z] = self.rotated[a];
+        let [d00, d01, d02, d11, d12, d22] = self.twist;
+        TwistBlocks {
+            rotated: &self.rotated,
+            turned: [
+                [y * d02 - z * d01, y * d12 - z * d11, y * d22 - z * d12],
+                [z * d00 - x * d02, z * d01 - x * d12, z * d02 - x * d22],
+                [x * d01 - y * d00, x * d11 - y * d01, x * d12 - y * d02],
+            ],
+        }
+    }
+}
+
+/// The blocks `[h_a]x D [h_b]x^T`, `h = R g`, of one corner `a` against the corners `b`.
+pub(crate) struct TwistBlocks<'g> {
+    rotated: &'g [Vec3; 4],
+    /// `[h_a]x D`.
+    turned: [Vec3; 3],
+}
+
+impl TwistBlocks<'_> {
+    /// The block against corner `b`, row-major.
+    #[inline(always)]
+    pub(crate) fn block(&self, b: usize) -> Block {
+        let [x, y, z] = self.rotated[b];
+        let mut out = [0.0; 9];
+        for (i, m) in self.turned.iter().enumerate() {
+            out[3 * i] = m[2] * y - m[1] * z;
+            out[3 * i + 1] = m[0] * z - m[2] * x;
+            out[3 * i + 2] = m[1] * x - m[0] * y;
+        }
+        out
+    }
+}
+
+/// `D = W + mu I`, where `W` carries the second derivative of the energy along the three ways to turn `R` (twist modes),
+/// as in Smith, de Goes, Kim: Analytic Eigensystems for Isotropic Distortion Energies, ACM TOG 38 (2019).
+///
+/// Turning about the principal axis `n` of the spatial stretch `F R^T`, across the stretches `s_i`, `s_j`, has the
+/// curvature `w = (lambda tr(S - I) - 2 mu) / (s_i + s_j)`; the cell is positive semidefinite if `w >= -mu`, so `projected`
+/// clamps smaller ones. `W = sum w n n^T`; at rest `W = -mu I` and `D = 0`.
+#[inline(always)]
+pub(crate) fn twists<const L: usize>(
+    elements: &[Element; L],
+    f: &[[f64; 9]; L],
+    r: &[[f64; 9]; L],
+    projected: bool,
+) -> [[f64; 6]; L] {
+    // the spatial stretch F R^T
+    let mut stretch = [[[0.0; L]; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            for l in 0..L {
+                for k in 0..3 {
+                    stretch[i][j][l] += 0.5 * (f[l][3 * i + k] * r[l][3 * j + k] + f[l][3 * j + k] * r[l][3 * i + k]);
+                }
+            }
+        }
+    }
+    let (s, n) = symmetric_eigen(stretch, 5);
+    let mut out = [[0.0; 6]; L];
+    for k in 0..3 {
+        for l in 0..L {
+            let (lambda, mu) = (elements[l].lambda, elements[l].mu);
+            let trace = s[0][l] + s[1][l] + s[2][l];
+            let sum = (trace - s[k][l]).max(LEAST_STRETCH_SUM);
+            let w = (lambda * (trace - 3.0) - 2.0 * mu) / sum + mu;
+            let w = if projected { w.max(0.0) } else { w };
+            let [x, y, z] = [n[0][k][l], n[1][k][l], n[2][k][l]];
+            for (entry, product) in out[l].iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
+                *entry += w * product;
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use kerfem_mesh::Point;
+    use nalgebra::{SMatrix, SymmetricEigen};
+
+    use super::*;
+    use crate::rotation::rotation;
+    use crate::small::add;
+    use crate::{Material, Tangent};
+
+    fn cell() -> Element {
+        let p = [
+            Point::new(0.1, 0.0, 0.2),
+            Point::new(1.0, 0.1, 0.0),
+            Point::new(0.2, 0.9, 0.1),
+            Point::new(0.0, 0.2, 1.1),
+        ];
+        Element::new(0, &p, &Material::new(3.0, 0.3, 1.0).unwrap()).unwrap()
+    }
+
+    /// Corner displacements of `x -> F x` with the given F (rows), the first corner held at the origin.
+    fn displacements(f: [[f64; 3]; 3]) -> [Vec3; 4] {
+        let p = [[0.1, 0.0, 0.2], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.0, 0.2, 1.1]];
+        p.map(|x| [0, 1, 2].map(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i]))
+    }
+
+    fn energy_of(e: &Element, u: &[Vec3; 4]) -> f64 {
+        let f = e.deformation_gradient(u);
+        energy(e, &f, &rotation(&f))
+    }
+
+    fn force_of(e: &Element, u: &[Vec3; 4]) -> [Vec3; 4] {
+        let f = e.deformation_gradient(u);
+        e.corner_forces(&stress(e, &f, &rotation(&f)))
+    }
+
+    fn hessian(e: &Element, u: &[Vec3; 4], tangent: Tangent) -> SMatrix<f64, 12, 12> {
+        let f = e.deformation_gradient(u);
+        let r = rotation(&f);
+        let mut k = SMatrix::zeros();
+        for a in 0..4 {
+            for b in 0..4 {
+                let twist = twists(&[*e], &[f], &[r], tangent == Tangent::Projected)[0];
+                let cell = match tangent {
+                    Tangent::Warped => CellTangent::warped(e, &r, 1.0),
+                    Tangent::Exact | Tangent::Projected => CellTangent::exact(e, &r, &twist, 1.0),
+                };
+                let mut block = cell.warped_blocks(a).block(b);
+                add(&mut block, &cell.twist_blocks(a).block(b));
+                for ij in 0..9 {
+                    k[(3 * a + ij / 3, 3 * b + ij % 3)] = block[ij];
+                }
+            }
+        }
+        k
+    }
+
+    const STRETCHED: [[f64; 3]; 3] = [[1.2, -0.5, 0.1], [0.4, 1.3, 0.2], [0.0, 0.3, 1.25]];
+    const COMPRESSED: [[f64; 3]; 3] = [[0.6, -0.3, 0.1], [0.4, 0.7, 0.2], [0.0, 0.3, 0.5]];
+    const INVERTED: [[f64; 3]; 3] = [[1.1, -0.3, 0.1], [0.4, 0.9, 0.2], [0.0, 0.3, -0.4]];
+
+    #[test]
+    fn force_is_the_gradient_of_the_energy() {
+        let e = cell();
+        for state in [STRETCHED, COMPRESSED, INVERTED] {
+            let u = displacements(state);
+            let f = force_of(&e, &u);
+            let scale = f.as_flattened().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            for (a, i) in (0..4).flat_map(|a| (0..3).map(move |i| (a, i))) {
+                let h = 1e-5;
+                let mut ends = [u, u];
+                ends[0][a][i] -= h;
+                ends[1][a][i] += h;
+                let slope = (energy_of(&e, &ends[1]) - energy_of(&e, &ends[0])) / (2.0 * h);
+                assert!((slope - f[a][i]).abs() < 1e-8 * scale, "{a} {i}: {slope} {}", f[a][i]);
+            }
+        }
+    }
+
+    #[test]
+    fn exact_tangent_is_the_gradient_of_the_force() {
+        let e = cell();
+        // projecting changes nothing where the cell is stretched
+        for (state, tangent) in [
+            (STRETCHED, Tangent::Exact),
+            (STRETCHED, Tangent::Projected),
+            (COMPRESSED, Tangent::Exact),
+        ] {
+            let u = displacements(state);
+            let k = hessian(&e, &u, tangent);
+            for col in 0..12 {
+                let h = 1e-5;
+                let mut ends = [u, u];
+                ends[0][col / 3][col % 3] -= h;
+                ends[1][col / 3][col % 3] += h;
+                let [low, high] = ends.map(|u| force_of(&e, &u));
+                for row in 0..12 {
+                    let slope = (high[row / 3][row % 3] - low[row / 3][row % 3]) / (2.0 * h);
+                    let entry = k[(row, col)];
+                    assert!(
+                        (slope - entry).abs() < 1e-7 * k.amax(),
+                        "{tangent:?} {row} {col}: {slope} {entry}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tangents_are_positive_semidefinite_everywhere() {
+        let e = cell();
+        let collapsed = [[0.0; 3]; 3];
+        for state in [STRETCHED, COMPRESSED, INVERTED, collapsed] {
+            for tangent in [Tangent::Warped, Tangent::Projected] {
+                let k = hessian(&e, &displacements(state), tangent);
+                assert!((k - k.transpose()).amax() < 1e-13 * k.amax());
+                let least = SymmetricEigen::new(k).eigenvalues.min();
+                assert!(least > -1e-13 * k.amax(), "{state:?} {tangent:?}: {least}");
+            }
+        }
+    }
+
+    #[test]
+    fn tangents_agree_with_the_linear_stiffness_at_rest() {
+        let e = cell();
+        let rest = [[0.0; 3]; 4];
+        let (warped, exact) = (hessian(&e, &rest, Tangent::Warped), hessian(&e, &rest, Tangent::Exact));
+        assert!((warped - exact).amax() < 1e-14 * warped.amax());
+        for (a, b, ij) in (0..4).flat_map(|a| (0..4).flat_map(move |b| (0..9).map(move |ij| (a, b, ij)))) {
+            let k = e.rest_blocks(a).block(b)[ij];
+            assert!((k - warped[(3 * a + ij / 3, 3 * b + ij % 3)]).abs() < 1e-14 * warped.amax());
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The linear tetrahedron (P1): gradients of its shape functions, volume, deformation gradient.
+
+use kerfem_mesh::{Point, quality};
+use nalgebra::Matrix3;
+
+use crate::small::{Block, times};
+use crate::{FemError, Material};
+
+/// A vector as it lies in memory.
+pub(crate) type Vec3 = [f64; 3];
+
+/// What the rest shape and the material say about one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Element {
+    /// Gradients of the four shape functions (1/m); they add up to zero.
+    pub(crate) gradients: [Vec3; 4],
+    /// Rest volume (m³).
+    pub(crate) volume: f64,
+    /// First Lamé parameter (Pa).
+    pub(crate) lambda: f64,
+    /// Second Lamé parameter (Pa).
+    pub(crate) mu: f64,
+    /// Mass (kg).
+    pub(crate) mass: f64,
+}
+
+impl Element {
+    /// The element over rest positions `p` of cell number `cell`.
+    pub(crate) fn new(cell: u32, p: &[Point; 4], material: &Material) -> Result<Self, FemError> {
+        let (e1, e2, e3) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
+        let volume = quality::tet_volume(p);
+        let six_v = 6.0 * volume;
+        let g1 = e2.cross(&e3) / six_v;
+        let g2 = e3.cross(&e1) / six_v;
+        let g3 = e1.cross(&e2) / six_v;
+        let g0 = -(g1 + g2 + g3);
+        let gradients = [g0, g1, g2, g3].map(|g| [g.x, g.y, g.z]);
+        if !(volume > 0.0 && gradients.as_flattened().iter().all(|g| g.is_finite())) {
+            return Err(FemError::InvertedCell { cell, volume });
+        }
+        Ok(Element {
+            gradients,
+            volume,
+            lambda: material.lambda(),
+            mu: material.mu(),
+            mass: material.density() * volume,
+        })
+    }
+
+    /// Displacement gradient `H = sum u_a g_a^T = F - I` of corner displacements (m), row-major.
+    #[inline]
+    pub(crate) fn displacement_gradient(&self, u: &[Vec3; 4]) -> [f64; 9] {
+        let mut h = [0.0; 9];
+        // differences to the first corner: a translation gives exactly zero
+        for b in 1..4 {
+            for i in 0..3 {
+                let d = u[b][i] - u[0][i];
+                for j in 0..3 {
+                    h[3 * i + j] += d * self.gradients[b][j];
+                }
+            }
+        }
+        h
+    }
+
+    /// Deformation gradient `F`, row-major.
+    #[inline]
+    pub(crate) fn deformation_gradient(&self, u: &[Vec3; 4]) -> [f64; 9] {
+        let mut f = self.displacement_gradient(u);
+        for axis in 0..3 {
+            f[4 * axis] += 1.0;
+        }
+        f
+    }
+
+    /// `V stress g_a` for the four corners: nodal forces (N) of a first Piola-Kirchhoff stress (Pa), row-major.
+    #[inline]
+    pub(crate) fn corner_forces(&self, stress: &[f64; 9]) -> [Vec3; 4] {
+        let mut forces = [[0.0; 3]; 4];
+        for (force, g) in forces.iter_mut().zip(&self.gradients) {
+            *force = times(stress, g);
+            force.iter_mut().for_each(|f| *f *= self.volume);
+        }
+        forces
+    }
+
+    /// Stress of the linear model, `mu (H + H^T) + lambda tr(H) I` (Pa), row-major.
+    #[inline]
+    pub(crate) fn linear_stress(&self, h: &[f64; 9]) -> [f64; 9] {
+        let pressure = self.lambda * (h[0] + h[4] + h[8]);
+        let mut p = [0.0; 9];
+        for i in 0..3 {
+            for j in 0..3 {
+                p[3 * i + j] = self.mu * (h[3 * i + j] + h[3 * j + i]);
+            }
+            p[4 * i] += pressure;
+        }
+        p
+    }
+
+    /// Energy of the linear model, `V (mu e:e + lambda/2 tr^2 e)` with `e = sym H` (J).
+    #[inline]
+    pub(crate) fn linear_energy(&self, h: &[f64; 9]) -> f64 {
+        let p = self.linear_stress(h);
+        0.5 * self.volume * p.iter().zip(h).map(|(p, h)| p * h).sum::<f64>()
+    }
+
+    /// Stiffness blocks of corner `a` at rest, `K_ab = V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I)` (N/m).
+    #[inline(always)]
+    pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<'_> {
+        CornerBlocks::new(self.volume * self.lambda, self.volume * self.mu, &self.gradients, a)
+    }
+}
+
+/// The blocks `lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I` of one corner `a` against the corners `b`.
+pub(crate) struct CornerBlocks<'g> {
+    gradients: &'g [Vec3; 4],
+    lambda_ga: Vec3,
+    mu_ga: Vec3,
+}
+
+impl<'g> CornerBlocks<'g> {
+    #[inline(always)]
+    pub(crate) fn new(lambda: f64, mu: f64, gradients: &'g [Vec3; 4], a: usize) -> Self {
+        let [x, y, z] = gradients[a];
+        CornerBlocks {
+            gradients,
+            lambda_ga: [lambda * x, lambda * y, lambda * z],
+            mu_ga: [mu * x, mu * y, mu * z],
+        }
+    }
+
+    /// The block against corner `b`, row-major.
+    #[inline(always)]
+    pub(crate) fn block(&self, b: usize) -> Block {
+        let (l, m, g) = (&self.lambda_ga, &self.mu_ga, &self.gradients[b]);
+        let d = m[0] * g[0] + m[1] * g[1] + m[2] * g[2];
+        [
+            l[0] * g[0] + m[0] * g[0] + d,
+            l[0] * g[1] + m[1] * g[0],
+            l[0] * g[2] + m[2] * g[0],
+            l[1] * g[0] + m[0] * g[1],
+            l[1] * g[1] + m[1] * g[1] + d,
+            l[1] * g[2] + m[2] * g[1],
+            l[2] * g[0] + m[0] * g[2],
+            l[2] * g[1] + m[1] * g[2],
+            l[2] * g[2] + m[2] * g[2] + d,
+        ]
+    }
+}
+
+/// A row-major 3x3 array as a matrix.
+#[inline]
+pub(crate) fn matrix(a: &[f64; 9]) -> Matrix3<f64> {
+    Matrix3::from_row_slice(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_reproduce_linear_fields() {
+        let p = [
+            Point::new(0.1, 0.0, 0.2),
+            Point::new(1.0, 0.1, 0.0),
+            Point::new(0.2, 0.9, 0.1),
+            Point::new(0.0, 0.2, 1.1),
+        ];
+        let material = Material::new(2.0, 0.25, 3.0).unwrap();
+        let e = Element::new(0, &p, &material).unwrap();
+        let a = Matrix3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9);
+        let u = p.map(|x| (a * x).into());
+        assert!((matrix(&e.displacement_gradient(&u)) - a).norm() < 1e-14);
+        let shifted = p.map(|_| [0.3, -7.0, 11.0]);
+        assert_eq!(e.displacement_gradient(&shifted), [0.0; 9]);
+        assert!((e.mass - 3.0 * quality::tet_volume(&p)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_inverted_cell_is_named() {
+        let p = [Point::x(), Point::zeros(), Point::y(), Point::z()];
+        let material = Material::new(2.0, 0.25, 3.0).unwrap();
+        match Element::new(17, &p, &material) {
+            Err(FemError::InvertedCell { cell: 17, volume }) => assert!((volume + 1.0 / 6.0).abs() < 1e-15),
+            other => panic!("{other:?}"),
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Energy, forces and tangents of a body at given displacements.
+
+use std::sync::{MutexGuard, PoisonError};
+
+use kerfem_mesh::{CellId, TetMesh};
+use nalgebra::Matrix3;
+
+use crate::corotated::{self, CellTangent};
+use crate::element::{Element, Vec3, matrix};
+use crate::parallel::{BATCH, for_each_batch, for_each_batch_of_two, for_each_slot};
+use crate::rotation::{rotation, rotations};
+use crate::rows::{cells_of_row, corner_of, corner_values, tangent_row};
+use crate::small::IDENTITY;
+use crate::{Assembler, BlockMatrix};
+
+/// How strain is measured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Model {
+    /// Small displacements: `sym(F - I)`. Wrong under rotation.
+    Linear,
+    /// Small strains in a frame that turns with each cell: `S - I` with `F = R S`.
+    Corotated,
+}
+
+/// The second derivative of the energy that a matrix holds. For [`Model::Linear`] both are the stiffness at rest.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Tangent {
+    /// `R Ke R^T` with the rotation held fixed: for one semi-implicit step.
+    Warped,
+    /// The exact Hessian of the corotated energy: for Newton's method, which it makes converge quadratically. May be
+    /// indefinite where cells are compressed.
+    Exact,
+    /// [`Tangent::Exact`], cell by cell projected to be positive semidefinite: for Newton's method far from the solution.
+    Projected,
+}
+
+/// Factors of the two parts of a system matrix, `stiffness * K + mass * M` with the lumped mass.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Scales {
+    /// Factor of the tangent stiffness.
+    pub stiffness: f64,
+    /// Factor of the lumped mass.
+    pub mass: f64,
+}
+
+/// Memory reused between evaluations, by cell slot.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    tangents: Vec<CellTangent>,
+    forces: Vec<[Vec3; 4]>,
+    energies: Vec<f64>,
+}
+
+impl Assembler {
+    /// Elastic energy (J) at displacements `u` (m, 3 per vertex slot), summed in the order of the cells.
+    ///
+    /// # Panics
+    /// If `u` has the wrong length.
+    pub fn energy(&self, mesh: &TetMesh, model: Model, u: &[f64]) -> f64 {
+        let u = self.as_vectors(u);
+        let mut scratch = self.scratch();
+        let energies = &mut scratch.energies;
+        energies.resize(self.elements.len(), 0.0);
+        match model {
+            Model::Linear => for_each_slot(energies, |c, energy| {
+                let c = CellId(c as u32);
+                let e = &self.elements[c.index()];
+                *energy = match mesh.has_cell(c) {
+                    true => e.linear_energy(&e.displacement_gradient(&corner_values(mesh, c, u))),
+                    false => 0.0,
+                };
+            }),
+            Model::Corotated => for_each_batch(
+                energies,
+                #[inline(always)]
+                |first, energies| {
+                    let (elements, f) = self.deformation_gradients(mesh, first, u);
+                    let r = rotations(&f);
+                    for (l, energy) in energies.iter_mut().enumerate() {
+                        *energy = corotated::energy(&elements[l], &f[l], &r[l]);
+                    }
+                },
+            ),
+        }
+        energies.iter().sum()
+    }
+
+    /// `f := dEnergy/du` (N) at displacements `u` (m), both 3 per vertex slot: what the body exerts against being deformed,
+    /// so equilibrium is `f = external load`.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn internal_force(&self, mesh: &TetMesh, model: Model, u: &[f64], f: &mut [f64]) {
+        let u = self.as_vectors(u);
+        let mut scratch = self.scratch();
+        let forces = &mut scratch.forces;
+        forces.resize(self.elements.len(), [[0.0; 3]; 4]);
+        match model {
+            Model::Linear => for_each_slot(forces, |c, forces| {
+                let c = CellId(c as u32);
+                if mesh.has_cell(c) {
+                    let e = &self.elements[c.index()];
+                    let h = e.displacement_gradient(&corner_values(mesh, c, u));
+                    *forces = e.corner_forces(&e.linear_stress(&h));
+                }
+            }),
+            Model::Corotated => for_each_batch(
+                forces,
+                #[inline(always)]
+                |first, forces| {
+                    let (elements, f) = self.deformation_gradients(mesh, first, u);
+                    let r = rotations(&f);
+                    for (l, forces) in forces.iter_mut().enumerate() {
+                        *forces = elements[l].corner_forces(&corotated::stress(&elements[l], &f[l], &r[l]));
+                    }
+                },
+            ),
+        }
+        self.gather_forces(mesh, forces, f);
+    }
+
+    /// `out :=` tangent stiffness at displacements `u` (N/m). `out` comes from [`Self::new_matrix`] and is filled in place;
+    /// if the pattern has changed since, it is first brought up to date as by [`Self::follow`].
+    ///
+    /// # Panics
+    /// If `u` has the wrong length.
+    pub fn tangent(&self, mesh: &TetMesh, model: Model, tangent: Tangent, u: &[f64], out: &mut BlockMatrix) {
+        let scales = Scales {
+            stiffness: 1.0,
+            mass: 0.0,
+        };
+        self.linearize(mesh, model, tangent, u, scales, out, None);
+    }
+
+    /// Matrix and force of one step in one pass over the cells: `out := scales.stiffness * K(u) + scales.mass * M_lumped`
+    /// as [`Self::tangent`], and `force`, if given, as [`Self::internal_force`]. Allocates nothing once warm.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    #[allow(clippy::too_many_arguments)]
+    pub fn linearize(
+        &self,
+        mesh: &TetMesh,
+        model: Model,
+        tangent: Tangent,
+        u: &[f64],
+        scales: Scales,
+        out: &mut BlockMatrix,
+        force: Option<&mut [f64]>,
+    ) {
+        self.follow(out);
+        match model {
+            Model::Linear => {
+                if let Some(force) = force {
+                    self.internal_force(mesh, model, u, force);
+                }
+                let from = &self.stiffness;
+                out.pattern.for_each_row(&mut out.values, |i, cols, row| {
+                    let (_, blocks) = from.row(i);
+                    for (to, from) in row.as_flattened_mut().iter_mut().zip(blocks.as_flattened()) {
+                        *to = scales.stiffness * from;
+                    }
+                    self.add_mass(i, cols, scales.mass, row);
+                });
+            }
+            Model::Corotated => self.linearize_corotated(mesh, tangent, u, scales, out, force),
+        }
+    }
+
+    fn linearize_corotated(
+        &self,
+        mesh: &TetMesh,
+        tangent: Tangent,
+        u: &[f64],
+        scales: Scales,
+        out: &mut BlockMatrix,
+        force: Option<&mut [f64]>,
+    ) {
+        let u = self.as_vectors(u);
+        let mut scratch = self.scratch();
+        let Scratch { tangents, forces, .. } = &mut *scratch;
+        tangents.resize(self.elements.len(), CellTangent::default());
+        forces.resize(self.elements.len(), [[0.0; 3]; 4]);
+        let with_force = force.is_some();
+        for_each_batch_of_two(
+            tangents,
+            forces,
+            #[inline(always)]
+            |first, tangents, forces| {
+                let (elements, f) = self.deformation_gradients(mesh, first, u);
+                let r = rotations(&f);
+                let twists = match tangent {
+                    Tangent::Warped => [[0.0; 6]; BATCH],
+                    Tangent::Exact | Tangent::Projected => {
+                        corotated::twists(&elements, &f, &r, tangent == Tangent::Projected)
+                    }
+                };
+                for (l, (state, forces)) in tangents.iter_mut().zip(forces).enumerate() {
+                    let e = &elements[l];
+                    *state = match tangent {
+                        Tangent::Warped => CellTangent::warped(e, &r[l], scales.stiffness),
+                        Tangent::Exact | Tangent::Projected => {
+                            CellTangent::exact(e, &r[l], &twists[l], scales.stiffness)
+                        }
+                    };
+                    if with_force {
+                        *forces = e.corner_forces(&corotated::stress(e, &f[l], &r[l]));
+                    }
+                }
+            },
+        );
+        let (tangents, slots) = (&*tangents, &self.slots);
+        out.pattern.for_each_row(
+            &mut out.values,
+            #[inline(always)]
+            |i, cols, row| {
+                tangent_row(mesh, tangents, slots, tangent, i, row);
+                self.add_mass(i, cols, scales.mass, row);
+            },
+        );
+        if let Some(force) = force {
+            self.gather_forces(mesh, forces, force);
+        }
+    }
+
+    /// A batch of cells and their deformation gradients; nothing and the identity in empty slots.
+    #[inline(always)]
+    fn deformation_gradients(&self, mesh: &TetMesh, first: usize, u: &[Vec3]) -> ([Element; BATCH], [[f64; 9]; BATCH]) {
+        let mut elements = [Element::default(); BATCH];
+        let mut f = [IDENTITY; BATCH];
+        for l in 0..BATCH {
+            let c = CellId((first + l) as u32);
+            if mesh.has_cell(c) {
+                elements[l] = self.elements[c.index()];
+                f[l] = elements[l].deformation_gradient(&corner_values(mesh, c, u));
+            }
+        }
+        (elements, f)
+    }
+
+    fn add_mass(&self, i: usize, cols: &[u32], factor: f64, row: &mut [[f64; 9]]) {
+        if factor != 0.0
+            && let Ok(k) = cols.binary_search(&(i as u32))
+        {
+            for axis in 0..3 {
+                row[k][4 * axis] += factor * self.lumped[i];
+            }
+        }
+    }
+
+    fn gather_forces(&self, mesh: &TetMesh, forces: &[[Vec3; 4]], f: &mut [f64]) {
+        assert_eq!(f.len(), 3 * self.stiffness.rows(), "length of f");
+        let f = f.as_chunks_mut::<3>().0;
+        for_each_slot(f, |i, f| {
+            *f = [0.0; 3];
+            for &c in cells_of_row(mesh, i) {
+                let force = forces[c.index()][corner_of(mesh, c, i)];
+                for axis in 0..3 {
+                    f[axis] += force[axis];
+                }
+            }
+        });
+    }
+
+    /// Deformation gradient `F = I + du/dX` of a cell at displacements `u` (m).
+    ///
+    /// # Panics
+    /// If there is no such cell or `u` has the wrong length.
+    pub fn deformation_gradient(&self, mesh: &TetMesh, c: CellId, u: &[f64]) -> Matrix3<f64> {
+        let u = corner_values(mesh, c, self.as_vectors(u));
+        matrix(&self.elements[c.index()].deformation_gradient(&u))
+    }
+
+    /// Stress of a cell (Pa), symmetric, with the law of linear elasticity `2 mu e + lambda tr(e) I`: of the linear model
+    /// with `e = sym(F - I)`; of the corotated one with `e = S - I`, turned by `R` into the deformed frame.
+    ///
+    /// # Panics
+    /// If there is no such cell or `u` has the wrong length.
+    pub fn cauchy_like_stress(&self, mesh: &TetMesh, model: Model, c: CellId, u: &[f64]) -> Matrix3<f64> {
+        let e = &self.elements[c.index()];
+        let u = corner_values(mesh, c, self.as_vectors(u));
+        match model {
+            Model::Linear => matrix(&e.linear_stress(&e.displacement_gradient(&u))),
+            Model::Corotated => {
+                let f = e.deformation_gradient(&u);
+                let r = rotation(&f);
+                let s = matrix(&corotated::stress(e, &f, &r)) * matrix(&r).transpose();
+                (s + s.transpose()) / 2.0
+            }
+        }
+    }
+
+    fn as_vectors<'u>(&self, u: &'u [f64]) -> &'u [Vec3] {
+        assert_eq!(u.len(), 3 * self.stiffness.rows(), "length of u");
+        u.as_chunks().0
+    }
+
+    fn scratch(&self) -> MutexGuard<'_, Scratch> {
+        // its content means nothing between calls, so a panic elsewhere does no harm
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

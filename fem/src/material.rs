@@ -1,0 +1,98 @@
+//! Isotropic linear elastic material.
+
+use crate::FemError;
+
+/// Young's modulus, Poisson's ratio and density of an isotropic material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    young: f64,
+    poisson: f64,
+    density: f64,
+}
+
+impl Material {
+    /// What slots that never held a cell contain.
+    pub(crate) const UNUSED: Material = Material {
+        young: 1.0,
+        poisson: 0.0,
+        density: 1.0,
+    };
+
+    /// A material from `young` (Pa, > 0), `poisson` (-1 < poisson < 0.5) and `density` (kg/m³, > 0), all finite.
+    ///
+    /// # Errors
+    /// Names the first number out of range and what is accepted.
+    pub fn new(young: f64, poisson: f64, density: f64) -> Result<Self, FemError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(young) {
+            return Err(FemError::Young(young));
+        }
+        if !(poisson > -1.0 && poisson < 0.5) {
+            return Err(FemError::Poisson(poisson));
+        }
+        if !positive(density) {
+            return Err(FemError::Density(density));
+        }
+        Ok(Material {
+            young,
+            poisson,
+            density,
+        })
+    }
+
+    /// Young's modulus (Pa).
+    #[inline]
+    pub fn young(&self) -> f64 {
+        self.young
+    }
+
+    /// Poisson's ratio.
+    #[inline]
+    pub fn poisson(&self) -> f64 {
+        self.poisson
+    }
+
+    /// Density at rest (kg/m³).
+    #[inline]
+    pub fn density(&self) -> f64 {
+        self.density
+    }
+
+    /// First Lamé parameter `E nu / ((1 + nu) (1 - 2 nu))` (Pa); negative for a negative Poisson's ratio.
+    #[inline]
+    pub fn lambda(&self) -> f64 {
+        self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+    }
+
+    /// Second Lamé parameter, the shear modulus `E / (2 (1 + nu))` (Pa).
+    #[inline]
+    pub fn mu(&self) -> f64 {
+        self.young / (2.0 * (1.0 + self.poisson))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lame_parameters_of_steel() {
+        let m = Material::new(210e9, 0.3, 7850.0).unwrap();
+        assert!((m.mu() - 80.769_230_769e9).abs() < 1.0);
+        assert!((m.lambda() - 121.153_846_153e9).abs() < 1.0);
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_named() {
+        assert_eq!(Material::new(0.0, 0.3, 1.0), Err(FemError::Young(0.0)));
+        assert_eq!(
+            Material::new(f64::INFINITY, 0.3, 1.0),
+            Err(FemError::Young(f64::INFINITY))
+        );
+        assert_eq!(Material::new(1.0, 0.5, 1.0), Err(FemError::Poisson(0.5)));
+        assert_eq!(Material::new(1.0, -1.0, 1.0), Err(FemError::Poisson(-1.0)));
+        assert!(Material::new(1.0, f64::NAN, 1.0).is_err());
+        let told = Material::new(1.0, 0.2, -4.0).unwrap_err().to_string();
+        assert!(told.contains("-4") && told.contains("greater than 0"));
+    }
+}

@@ -1,0 +1,102 @@
+//! Preconditioners for conjugate gradients.
+
+use crate::block_ic0::BlockIc0;
+use crate::small::{self, Block, IDENTITY, masked_diagonal};
+use crate::solver::PreconditionerKind;
+use crate::{BlockMatrix, FemError};
+
+/// An approximate inverse of a matrix on its free dofs; fixed dofs are passed through.
+#[derive(Debug)]
+pub(crate) enum Preconditioner {
+    /// The identity.
+    None,
+    /// Inverse of the diagonal.
+    Jacobi(Vec<f64>),
+    /// Inverse of the diagonal blocks.
+    BlockJacobi(Vec<Block>),
+    /// Incomplete block factorisation.
+    BlockIc0(BlockIc0),
+}
+
+impl Preconditioner {
+    /// Of a kind, without values.
+    pub(crate) fn new(kind: PreconditionerKind) -> Self {
+        match kind {
+            PreconditionerKind::None => Preconditioner::None,
+            PreconditionerKind::Jacobi => Preconditioner::Jacobi(Vec::new()),
+            PreconditionerKind::BlockJacobi => Preconditioner::BlockJacobi(Vec::new()),
+            PreconditionerKind::BlockIc0 => Preconditioner::BlockIc0(BlockIc0::default()),
+        }
+    }
+
+    /// Takes over the values of a matrix.
+    ///
+    /// # Errors
+    /// [`FemError::NotPositiveDefinite`] if a diagonal block is not.
+    pub(crate) fn refresh(&mut self, a: &BlockMatrix, fixed: &[bool]) -> Result<(), FemError> {
+        match self {
+            Preconditioner::None => Ok(()),
+            Preconditioner::Jacobi(inverse) => {
+                inverse.resize(fixed.len(), 1.0);
+                for (i, inverse) in inverse.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+                    let block = diagonal(a, i, fixed);
+                    for axis in 0..3 {
+                        let d = block[4 * axis];
+                        if !(d > 0.0 && d.is_finite()) {
+                            return Err(indefinite());
+                        }
+                        inverse[axis] = 1.0 / d;
+                    }
+                }
+                Ok(())
+            }
+            Preconditioner::BlockJacobi(inverse) => {
+                inverse.resize(a.rows(), IDENTITY);
+                for (i, inverse) in inverse.iter_mut().enumerate() {
+                    let h = small::inverse_cholesky(&diagonal(a, i, fixed)).ok_or(indefinite())?;
+                    // (G G^T)^-1 = H^T H
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            inverse[3 * r + c] = h[r] * h[c] + h[3 + r] * h[3 + c] + h[6 + r] * h[6 + c];
+                        }
+                    }
+                }
+                Ok(())
+            }
+            Preconditioner::BlockIc0(factor) => factor.refresh(a, fixed),
+        }
+    }
+
+    /// `z :=` approximate solution for `r`.
+    pub(crate) fn apply(&self, r: &[f64], z: &mut [f64]) {
+        match self {
+            Preconditioner::None => z.copy_from_slice(r),
+            Preconditioner::Jacobi(inverse) => {
+                z.iter_mut()
+                    .zip(r.iter().zip(inverse))
+                    .for_each(|(z, (r, d))| *z = r * d);
+            }
+            Preconditioner::BlockJacobi(inverse) => {
+                let blocks = z
+                    .as_chunks_mut::<3>()
+                    .0
+                    .iter_mut()
+                    .zip(r.as_chunks::<3>().0.iter().zip(inverse));
+                blocks.for_each(|(z, (r, d))| *z = small::times(d, r));
+            }
+            Preconditioner::BlockIc0(factor) => factor.apply(r, z),
+        }
+    }
+}
+
+fn indefinite() -> FemError {
+    FemError::NotPositiveDefinite {
+        found_by: "a diagonal block",
+    }
+}
+
+/// Diagonal block of row `i` with fixed dofs replaced by the identity.
+pub(crate) fn diagonal(a: &BlockMatrix, i: usize, fixed: &[bool]) -> Block {
+    let block = a.pattern.find(i, i).map_or([0.0; 9], |k| a.values[k]);
+    masked_diagonal(&block, &fixed[3 * i..3 * i + 3])
+}

@@ -1,0 +1,7 @@
+//! Tests of the whole crate: elasticity of a body, updates after edits, linear solves, and figures (ignored).
+
+mod elasticity;
+mod figures;
+mod helpers;
+mod solve;
+mod update;
