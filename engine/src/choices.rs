@@ -1,0 +1,101 @@
+//! What "auto" stands for, and why.
+
+use std::collections::BTreeMap;
+
+use kerfem_fem::{LinearSolver, Model, PreconditionerKind, SolverKind, SolverOptions};
+
+use crate::report::Choice;
+use crate::{ModelKind, Nonlinear, PreconditionerName, Scene, Scheme, SolverName};
+
+/// Below so many unknowns a static problem is factorised.
+const DIRECT: usize = 20_000;
+/// Linear solves inside Newton's method need no more than this: the next step corrects what is left.
+const NEWTON_TOLERANCE: f64 = 1e-3;
+
+/// Every choice of a run, by the key of the scene it stands for.
+pub type Choices = BTreeMap<String, Choice>;
+
+fn note(choices: &mut Choices, key: &str, chosen: &str, why: String) {
+    choices.insert(
+        key.into(),
+        Choice {
+            chosen: chosen.into(),
+            why,
+        },
+    );
+}
+
+/// The kinematics.
+pub(crate) fn model(scene: &Scene, choices: &mut Choices) -> Model {
+    match scene.model.kind {
+        ModelKind::Linear => Model::Linear,
+        ModelKind::Corotated => Model::Corotated,
+        ModelKind::Auto => {
+            note(
+                choices,
+                "model.kind",
+                "corotated",
+                "right for small and large rotations".into(),
+            );
+            Model::Corotated
+        }
+    }
+}
+
+/// Notes what "auto" means for locking: elements without a cure.
+pub(crate) fn locking(scene: &Scene, choices: &mut Choices) {
+    if scene.model.locking == "auto" {
+        let why = format!(
+            "no cure is available yet; displacements may be too small at poisson = {}",
+            scene.material.poisson
+        );
+        note(choices, "model.locking", "none", why);
+    }
+}
+
+/// The linear solver for so many unknowns.
+pub(crate) fn solver(scene: &Scene, model: Model, unknowns: usize, choices: &mut Choices) -> LinearSolver {
+    let statics = scene.time.scheme == Scheme::Static;
+    let kind = match scene.solver.kind {
+        SolverName::Cg => SolverKind::Cg,
+        SolverName::Cholesky => SolverKind::Cholesky,
+        SolverName::Auto if statics && unknowns <= DIRECT => {
+            let why = format!("statics with {unknowns} unknowns, up to {DIRECT} a factorisation is fastest");
+            note(choices, "solver.kind", "cholesky", why);
+            SolverKind::Cholesky
+        }
+        SolverName::Auto => {
+            let why = match statics {
+                true => format!("statics with {unknowns} unknowns, above {DIRECT} factors are too large"),
+                false => "inertia keeps the system well conditioned, and the last step gives a good start".into(),
+            };
+            note(choices, "solver.kind", "cg", why);
+            SolverKind::Cg
+        }
+    };
+    let preconditioner = match scene.solver.preconditioner {
+        PreconditionerName::None => PreconditionerKind::None,
+        PreconditionerName::Jacobi => PreconditionerKind::Jacobi,
+        PreconditionerName::BlockJacobi => PreconditionerKind::BlockJacobi,
+        PreconditionerName::BlockIc0 => PreconditionerKind::BlockIc0,
+        PreconditionerName::Auto => {
+            if kind == SolverKind::Cg {
+                let why = "a third of the iterations of block-jacobi".into();
+                note(choices, "solver.preconditioner", "block-ic0", why);
+            }
+            PreconditionerKind::BlockIc0
+        }
+    };
+    let newton = model == Model::Corotated && scene.time.nonlinear == Nonlinear::Newton;
+    let tolerance = if newton {
+        scene.solver.tolerance.max(NEWTON_TOLERANCE)
+    } else {
+        scene.solver.tolerance
+    };
+    LinearSolver::new(SolverOptions {
+        kind,
+        preconditioner,
+        tolerance,
+        max_iterations: scene.solver.max_iterations,
+    })
+}

@@ -1,0 +1,63 @@
+//! `kerfem cut`.
+
+use kerfem_cutting::{CutOptions, Method as CutMethod};
+use kerfem_engine::geometry::{GeometryCut, cut_at_rest};
+use kerfem_engine::{EngineError, output};
+
+use super::{CutArguments, Method};
+
+pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
+    let mut mesh = super::read_tets(&arguments.mesh)?;
+    let method = match arguments.method {
+        Method::Delete => CutMethod::Delete,
+        Method::Subdivide => CutMethod::Subdivide,
+        Method::Snap => CutMethod::Snap,
+        Method::Hybrid => CutMethod::Hybrid,
+    };
+    let options = CutOptions {
+        method,
+        snap: arguments.snap,
+    };
+    let done = cut_at_rest(&mut mesh, &arguments.sweep, &options)?;
+    if let Some(path) = &arguments.output {
+        output::write_mesh(path, &mesh)?;
+    }
+    if arguments.json {
+        println!("{:#}", serde_json::json!(done));
+    } else {
+        print(&done);
+    }
+    Ok(0)
+}
+
+fn print(done: &GeometryCut) {
+    let (a, b) = (&done.before, &done.after);
+    println!("method {}", done.method);
+    println!(
+        "vertices {} -> {} (+{}, -{}, {} moved)",
+        a.vertices, b.vertices, done.vertices_added, done.vertices_removed, done.vertices_moved
+    );
+    println!(
+        "cells {} -> {} (+{}, -{})",
+        a.cells, b.cells, done.cells_added, done.cells_removed
+    );
+    println!("pieces {} -> {}", a.pieces, b.pieces);
+    println!("volume {:e} -> {:e} m3", a.volume_m3, b.volume_m3);
+    println!("area of the cut {:e} m2", done.area_m2);
+    println!("largest distance to the sweep {:e} m", done.max_distance_to_sweep_m);
+    let (p, q) = (&a.quality, &b.quality);
+    println!(
+        "radius ratio: min {:.4} -> {:.4}, mean {:.4} -> {:.4}",
+        p.min_radius_ratio, q.min_radius_ratio, p.mean_radius_ratio, q.mean_radius_ratio
+    );
+    println!(
+        "dihedral angle: min {:.2} -> {:.2}, max {:.2} -> {:.2} deg",
+        p.min_dihedral_deg, q.min_dihedral_deg, p.max_dihedral_deg, q.max_dihedral_deg
+    );
+    println!(
+        "seconds: find {:.4}, remesh {:.4}",
+        done.find_seconds, done.remesh_seconds
+    );
+    done.refused.iter().for_each(|r| println!("refused: {r}"));
+    done.warnings.iter().for_each(|w| println!("warning: {w}"));
+}

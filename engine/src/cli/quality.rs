@@ -1,0 +1,66 @@
+//! `kerfem quality`.
+
+use std::path::Path;
+
+use kerfem_engine::EngineError;
+use kerfem_engine::report::QualityFigures;
+use kerfem_mesh::quality::{Histogram, histograms, volume};
+use serde_json::json;
+
+/// Ranges of each histogram.
+const BINS: usize = 20;
+
+pub(super) fn quality(path: &Path, as_json: bool) -> Result<u8, EngineError> {
+    let mesh = super::read_tets(path)?;
+    let figures = QualityFigures::of(&mesh);
+    let histograms = histograms(&mesh, mesh.rest_positions(), BINS);
+    let pieces = mesh.pieces().1;
+    if as_json {
+        let histograms: Vec<_> = histograms
+            .iter()
+            .map(|h| json!({ "measure": h.measure, "edges": h.edges, "counts": h.counts, "below": h.below, "above": h.above }))
+            .collect();
+        let all = json!({
+            "vertices": mesh.num_vertices(),
+            "cells": mesh.num_cells(),
+            "pieces": pieces,
+            "volume_m3": volume(&mesh),
+            "quality": figures,
+            "histograms": histograms,
+        });
+        println!("{all:#}");
+        return Ok(0);
+    }
+    println!("vertices {}", mesh.num_vertices());
+    println!("cells {}", mesh.num_cells());
+    println!("pieces {pieces}");
+    println!("volume {:e} m3", volume(&mesh));
+    println!(
+        "radius ratio: min {:.4}, mean {:.4}",
+        figures.min_radius_ratio, figures.mean_radius_ratio
+    );
+    println!(
+        "dihedral angle: min {:.2}, max {:.2} deg",
+        figures.min_dihedral_deg, figures.max_dihedral_deg
+    );
+    println!("longest edge over inradius: max {:.3}", figures.max_edge_over_inradius);
+    println!("volume: max over min {:.3}", figures.max_over_min_volume);
+    println!("edge: max over min {:.3}", figures.max_over_min_edge);
+    histograms.iter().for_each(print_histogram);
+    Ok(0)
+}
+
+fn print_histogram(h: &Histogram) {
+    println!("\n{}", h.measure);
+    let largest = h.counts.iter().copied().max().unwrap_or(0).max(1);
+    if h.below > 0 {
+        println!("{:>23} {:>9}", "below", h.below);
+    }
+    for (ends, count) in h.edges.windows(2).zip(&h.counts) {
+        let bar = "#".repeat(count * 40 / largest);
+        println!("{:>11.3} {:>11.3} {count:>9} {bar}", ends[0], ends[1]);
+    }
+    if h.above > 0 {
+        println!("{:>23} {:>9}", "above", h.above);
+    }
+}

@@ -1,0 +1,83 @@
+//! `kerfem run`.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use kerfem_engine::run::{Ending, RunOptions, run as run_scene};
+use kerfem_engine::{EngineError, Scene};
+
+use super::{RunArguments, bad};
+
+/// Exit code after Ctrl-C.
+const INTERRUPTED: u8 = 130;
+
+pub(super) fn run(arguments: &RunArguments) -> Result<u8, EngineError> {
+    if let Some(threads) = arguments.threads {
+        if threads == 0 {
+            return Err(bad("--threads", "0 is not accepted; a whole number from 1 is needed"));
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        pool.map_err(|e| bad("--threads", e.to_string()))?;
+    }
+    if arguments.until.is_some_and(|s| s.is_nan() || s < 0.0) {
+        return Err(bad("--until", "a time from 0 is needed"));
+    }
+    let scene = Scene::read(&arguments.scene)?;
+    let options = RunOptions {
+        folder: arguments
+            .output
+            .clone()
+            .unwrap_or_else(|| Path::new("out").join(&scene.name)),
+        verify: arguments.verify,
+        export_system: arguments.export_system,
+        until: arguments.until,
+    };
+    let stop = stop_on_interrupt()?;
+    let bar = progress_bar(&scene, arguments);
+    let ending = run_scene(scene, &options, |info| {
+        if let Some(bar) = &bar {
+            bar.set_position(info.step as u64);
+            bar.set_message(format!("t = {:.6} s, {} iterations", info.time, info.iterations));
+        }
+        !stop.load(Ordering::Relaxed)
+    });
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    match ending? {
+        Ending::Done => Ok(0),
+        Ending::Interrupted => Ok(INTERRUPTED),
+        Ending::Broken => {
+            eprintln!(
+                "kerfem: a check of --verify failed; see verify in {}",
+                options.folder.join("report.json").display()
+            );
+            Ok(1)
+        }
+    }
+}
+
+/// Set by Ctrl-C: the frame is finished and the files are closed first.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, EngineError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stop);
+    ctrlc::set_handler(move || seen.store(true, Ordering::Relaxed)).map_err(|e| bad("Ctrl-C", e.to_string()))?;
+    Ok(stop)
+}
+
+fn progress_bar(scene: &Scene, arguments: &RunArguments) -> Option<ProgressBar> {
+    if arguments.quiet || !std::io::stderr().is_terminal() {
+        return None;
+    }
+    let end = scene.time.end.unwrap_or(0.0);
+    let end = arguments.until.map_or(end, |until| until.min(end));
+    let steps = scene.time.dt.map_or(1.0, |dt| (end / dt).ceil().max(1.0));
+    let bar = ProgressBar::new(steps as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg} {eta}") {
+        bar.set_style(style);
+    }
+    Some(bar)
+}

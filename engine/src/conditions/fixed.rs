@@ -1,0 +1,209 @@
+//! Prescribed displacements.
+
+use kerfem_mesh::{AddedVertex, MeshChange, TetMesh, VertexId};
+
+use super::Selector;
+use super::copies::Copies;
+use crate::input::MeshInput;
+use crate::{Condition, EngineError, Expression, Scene};
+
+/// No set prescribes this component.
+const FREE: u32 = u32::MAX;
+
+/// One `[[fixed]]`: who belongs to it and what it prescribes.
+#[derive(Clone, Debug)]
+struct FixedSet {
+    /// Membership by vertex slot. Removed vertices keep theirs: it tells which original facets lie in the set.
+    members: Vec<bool>,
+    /// Decides about new and moved vertices, where the set was given by one.
+    condition: Option<Condition>,
+    axes: [bool; 3],
+    displacement: [Expression; 3],
+}
+
+/// All prescribed displacements: which dofs, and their values over time.
+#[derive(Clone, Debug)]
+pub(crate) struct FixedDofs {
+    sets: Vec<FixedSet>,
+    /// For each vertex slot and axis the set that prescribes it, or `FREE`.
+    owner: Vec<[u32; 3]>,
+    mask: Vec<bool>,
+}
+
+impl FixedDofs {
+    pub(crate) fn new(scene: &Scene, input: &MeshInput) -> Result<Self, EngineError> {
+        let mut sets = Vec::with_capacity(scene.fixed.len());
+        for (index, spec) in scene.fixed.iter().enumerate() {
+            let (source, section) = (&scene.source, "fixed");
+            let members = Selector {
+                input,
+                source,
+                section,
+                index,
+            }
+            .fixed(spec)?;
+            let letters = spec.axes.as_deref().unwrap_or("xyz");
+            let axes = ["x", "y", "z"].map(|a| letters.contains(a));
+            let mut displacement = [(); 3].map(|()| Expression::constant(0.0));
+            if let Some(given) = &spec.displacement {
+                let all = given.len() == 3;
+                for (k, letter) in letters.chars().enumerate() {
+                    let axis = "xyz".find(letter).unwrap_or(0);
+                    displacement[axis] = given[if all { axis } else { k }].clone();
+                }
+            }
+            let condition = spec.r#where.clone();
+            sets.push(FixedSet {
+                members,
+                condition,
+                axes,
+                displacement,
+            });
+        }
+        let mut fixed = FixedDofs {
+            sets,
+            owner: Vec::new(),
+            mask: Vec::new(),
+        };
+        fixed.refresh_all(&input.mesh);
+        fixed.check_values(scene, &input.mesh)?;
+        Ok(fixed)
+    }
+
+    fn refresh_all(&mut self, mesh: &TetMesh) {
+        self.owner = vec![[FREE; 3]; mesh.vertex_slots()];
+        self.mask = vec![false; 3 * mesh.vertex_slots()];
+        for v in mesh.vertex_ids() {
+            self.refresh(v);
+        }
+    }
+
+    fn check_values(&self, scene: &Scene, mesh: &TetMesh) -> Result<(), EngineError> {
+        let end = scene.time.end.unwrap_or(0.0);
+        for v in mesh.vertex_ids() {
+            let place = mesh.rest_position(v);
+            for (axis, &owner) in self.owner[v.index()].iter().enumerate() {
+                let Some(set) = self.sets.get(owner as usize) else {
+                    continue;
+                };
+                let e = &set.displacement[axis];
+                if !(e.value(&place, 0.0).is_finite() && e.value(&place, end).is_finite()) {
+                    let message = format!("\"{}\" has no finite value at vertex {}", e.text(), v.0);
+                    return Err(scene.source.error("fixed", owner as usize, "displacement", message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// One flag a dof: whether it is prescribed.
+    pub(crate) fn mask(&self) -> &[bool] {
+        &self.mask
+    }
+
+    /// Number of vertices of each set, in the order of the scene.
+    pub(crate) fn counts(&self, mesh: &TetMesh) -> Vec<usize> {
+        let count = |s: &FixedSet| mesh.vertex_ids().filter(|v| s.members[v.index()]).count();
+        self.sets.iter().map(count).collect()
+    }
+
+    /// Whether a component of a vertex is prescribed.
+    pub(crate) fn is_fixed(&self, v: VertexId, axis: usize) -> bool {
+        self.mask[3 * v.index() + axis]
+    }
+
+    /// Replaces what the set `index` prescribes (m).
+    pub(crate) fn set_displacement(&mut self, index: usize, displacement: [f64; 3]) -> bool {
+        match self.sets.get_mut(index) {
+            Some(set) => {
+                set.displacement = displacement.map(Expression::constant);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Writes the prescribed displacements at time `t` into `u` (flat, 3 a vertex slot).
+    ///
+    /// # Errors
+    /// The vertex and the expression that has no finite value.
+    pub(crate) fn prescribe(&self, mesh: &TetMesh, t: f64, u: &mut [f64]) -> Result<(), String> {
+        for (v, owners) in self.owner.iter().enumerate().filter(|(_, o)| **o != [FREE; 3]) {
+            let place = mesh.rest_positions()[v];
+            for (axis, &owner) in owners.iter().enumerate() {
+                let Some(set) = self.sets.get(owner as usize) else {
+                    continue;
+                };
+                let value = set.displacement[axis].value(&place, t);
+                if !value.is_finite() {
+                    let text = set.displacement[axis].text();
+                    return Err(format!("the displacement \"{text}\" of vertex {v} has no finite value"));
+                }
+                u[3 * v + axis] = value;
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows a change of the mesh (INTERFACE "Sets after a cut").
+    ///
+    /// A set given by a condition takes new and moved vertices whose rest position satisfies it. Another set takes copies
+    /// of its vertices, and new vertices whose parents all belong to it and that lie on a descendant of an original
+    /// boundary facet whose vertices all belong to it.
+    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+        let copies = Copies::of(change);
+        for set in &mut self.sets {
+            set.members.resize(mesh.vertex_slots(), false);
+            for v in &change.vertices_added {
+                set.members[v.id.index()] = set.takes(mesh, v, &copies);
+            }
+            if let Some(condition) = &set.condition {
+                for v in &change.vertices_moved {
+                    set.members[v.id.index()] = condition.0.holds(&mesh.rest_position(v.id));
+                }
+            }
+        }
+        self.owner.resize(mesh.vertex_slots(), [FREE; 3]);
+        self.mask.resize(3 * mesh.vertex_slots(), false);
+        for v in &change.vertices_added {
+            self.refresh(v.id);
+        }
+        for v in &change.vertices_moved {
+            self.refresh(v.id);
+        }
+        for v in &change.vertices_removed {
+            self.owner[v.id.index()] = [FREE; 3];
+            self.mask[3 * v.id.index()..][..3].fill(false);
+        }
+    }
+
+    fn refresh(&mut self, v: VertexId) {
+        let mut owner = [FREE; 3];
+        for (i, set) in self.sets.iter().enumerate().filter(|(_, s)| s.members[v.index()]) {
+            for axis in (0..3).filter(|&a| set.axes[a]) {
+                owner[axis] = i as u32;
+            }
+        }
+        self.owner[v.index()] = owner;
+        self.mask[3 * v.index()..][..3].copy_from_slice(&owner.map(|o| o != FREE));
+    }
+}
+
+impl FixedSet {
+    fn takes(&self, mesh: &TetMesh, v: &AddedVertex, copies: &Copies<'_>) -> bool {
+        if let Some(condition) = &self.condition {
+            return condition.0.holds(&mesh.rest_position(v.id));
+        }
+        if let Some(original) = copies.original(v) {
+            return self.members[original.index()];
+        }
+        let on_its_boundary = || {
+            mesh.boundary_facets_of_vertex(v.id).any(|side| {
+                let label = mesh.facet_labels(side.cell)[side.local as usize];
+                let original = label.some().map(|i| mesh.original_facets()[i]);
+                original.is_some_and(|f| f.iter().all(|w| self.members[w.index()]))
+            })
+        };
+        v.parents.iter().all(|(p, _)| self.members[p.index()]) && on_its_boundary()
+    }
+}

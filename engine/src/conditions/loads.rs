@@ -1,0 +1,237 @@
+//! Loads.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use kerfem_fem::{Assembler, load};
+use kerfem_mesh::{CellId, FacetSide, MeshChange, TetMesh, VertexId};
+
+use super::Selector;
+use super::copies::Copies;
+use crate::input::MeshInput;
+use crate::{EngineError, Expression, LoadSpec, Scene};
+
+/// What a load acts on.
+#[derive(Clone, Debug)]
+enum Place {
+    Body,
+    /// Flags by original boundary facet, and the facets that descend from them now.
+    Facets {
+        labels: Vec<bool>,
+        sides: BTreeSet<FacetSide>,
+    },
+    /// The share of the total force that each vertex takes; they add up to one.
+    Vertices(BTreeMap<VertexId, f64>),
+}
+
+/// What acts there.
+#[derive(Clone, Debug)]
+enum Action {
+    /// Acceleration (m/s²), traction (Pa) or total force (N).
+    Vector([Expression; 3]),
+    Pressure(Expression),
+}
+
+#[derive(Clone, Debug)]
+struct Load {
+    place: Place,
+    action: Action,
+}
+
+/// All loads of a body. They are dead: they keep their direction and act per rest area.
+#[derive(Clone, Debug)]
+pub(crate) struct Loads {
+    loads: Vec<Load>,
+}
+
+impl Loads {
+    pub(crate) fn new(scene: &Scene, input: &MeshInput) -> Result<Self, EngineError> {
+        let mut loads = Vec::with_capacity(scene.load.len());
+        for (index, spec) in scene.load.iter().enumerate() {
+            let (source, section) = (&scene.source, "load");
+            loads.push(Load::new(
+                &Selector {
+                    input,
+                    source,
+                    section,
+                    index,
+                },
+                spec,
+            )?);
+        }
+        Ok(Loads { loads })
+    }
+
+    /// Whether any load varies with time.
+    pub(crate) fn uses_time(&self) -> bool {
+        self.loads.iter().any(|l| l.expressions().iter().any(|e| e.uses_time()))
+    }
+
+    /// Whether the total force is the same however the facets it acts on are divided.
+    pub(crate) fn is_uniform(&self) -> bool {
+        self.loads
+            .iter()
+            .all(|l| !l.expressions().iter().any(|e| e.uses_place()))
+    }
+
+    /// How many of what each load acts on, in the order of the scene.
+    pub(crate) fn counts(&self, mesh: &TetMesh) -> Vec<(usize, &'static str)> {
+        let count = |l: &Load| match &l.place {
+            Place::Body => (mesh.num_cells(), "cells"),
+            Place::Facets { sides, .. } => (sides.len(), "facets"),
+            Place::Vertices(shares) => (shares.len(), "vertices"),
+        };
+        self.loads.iter().map(count).collect()
+    }
+
+    /// Replaces the vector of a load: gravity (m/s²), traction (Pa) or total force (N); false for a pressure or no load.
+    pub(crate) fn set_vector(&mut self, index: usize, vector: [f64; 3]) -> bool {
+        match self.loads.get_mut(index).map(|l| &mut l.action) {
+            Some(Action::Vector(own)) => {
+                *own = vector.map(Expression::constant);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// The nodal forces (N, flat, 3 a vertex slot) at time `t`; overwrites `f`.
+    ///
+    /// # Errors
+    /// The load that has no finite value, in words.
+    pub(crate) fn force(&self, mesh: &TetMesh, assembler: &Assembler, t: f64, f: &mut [f64]) -> Result<(), String> {
+        f.fill(0.0);
+        for (i, load) in self.loads.iter().enumerate() {
+            load.add(mesh, assembler, t, f);
+            if let Some(dof) = f.iter().position(|x| !x.is_finite()) {
+                return Err(format!(
+                    "load {i} (from zero) has no finite value at vertex {}",
+                    dof / 3
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows a change of the mesh: facets keep their load in their descendants, a doubled vertex shares its force
+    /// equally with its copies, a merged one passes it on.
+    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+        for load in &mut self.loads {
+            match &mut load.place {
+                Place::Body => {}
+                Place::Facets { labels, sides } => follow_facets(labels, sides, mesh, change),
+                Place::Vertices(shares) => follow_vertices(shares, mesh, change),
+            }
+        }
+    }
+}
+
+impl Load {
+    fn new(select: &Selector<'_>, spec: &LoadSpec) -> Result<Self, EngineError> {
+        let vector = |v: &[Expression; 3]| Action::Vector(v.clone());
+        if let Some(g) = &spec.gravity {
+            return Ok(Load {
+                place: Place::Body,
+                action: vector(g),
+            });
+        }
+        if let Some(force) = &spec.force {
+            let flags = select.force(spec)?;
+            let members: Vec<VertexId> = select.input.mesh.vertex_ids().filter(|v| flags[v.index()]).collect();
+            let share = 1.0 / members.len() as f64;
+            let place = Place::Vertices(members.into_iter().map(|v| (v, share)).collect());
+            return Ok(Load {
+                place,
+                action: vector(force),
+            });
+        }
+        let labels = select.facets(spec)?;
+        let mesh = &select.input.mesh;
+        let sides = mesh.boundary_facets().filter(|s| carries(mesh, *s, &labels)).collect();
+        let action = match (&spec.traction, &spec.pressure) {
+            (Some(t), _) => vector(t),
+            (None, Some(p)) => Action::Pressure(p.clone()),
+            (None, None) => return select.fail("traction", "no load is given"),
+        };
+        Ok(Load {
+            place: Place::Facets { labels, sides },
+            action,
+        })
+    }
+
+    fn expressions(&self) -> &[Expression] {
+        match &self.action {
+            Action::Vector(v) => v,
+            Action::Pressure(p) => std::slice::from_ref(p),
+        }
+    }
+
+    fn add(&self, mesh: &TetMesh, assembler: &Assembler, t: f64, f: &mut [f64]) {
+        match (&self.place, &self.action) {
+            (Place::Body, Action::Vector(g)) => {
+                let g = g.each_ref().map(|e| e.value(&kerfem_mesh::Point::zeros(), t));
+                load::add_gravity(mesh, assembler, g, f);
+            }
+            (Place::Facets { sides, .. }, Action::Vector(traction)) => {
+                let sides: Vec<FacetSide> = sides.iter().copied().collect();
+                load::add_traction(mesh, &sides, |p| traction.each_ref().map(|e| e.value(&p, t)), f);
+            }
+            (Place::Facets { sides, .. }, Action::Pressure(pressure)) => {
+                for side in sides {
+                    let corners = mesh.facet_corners(*side).map(|v| mesh.rest_position(v));
+                    let outward = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
+                    let traction = |p| (outward * -pressure.value(&p, t)).into();
+                    load::add_traction(mesh, std::slice::from_ref(side), traction, f);
+                }
+            }
+            (Place::Vertices(shares), Action::Vector(total)) => {
+                let total = total.each_ref().map(|e| e.value(&kerfem_mesh::Point::zeros(), t));
+                for (v, share) in shares {
+                    for axis in 0..3 {
+                        f[3 * v.index() + axis] += share * total[axis];
+                    }
+                }
+            }
+            (Place::Body | Place::Vertices(_), Action::Pressure(_)) => {}
+        }
+    }
+}
+
+fn carries(mesh: &TetMesh, side: FacetSide, labels: &[bool]) -> bool {
+    mesh.facet_labels(side.cell)[side.local as usize]
+        .some()
+        .is_some_and(|i| labels[i])
+}
+
+fn follow_facets(labels: &[bool], sides: &mut BTreeSet<FacetSide>, mesh: &TetMesh, change: &MeshChange<4>) {
+    let all = |cell: CellId| (0..4).map(move |local| FacetSide { cell, local });
+    for cell in &change.cells_removed {
+        for side in all(cell.id) {
+            sides.remove(&side);
+        }
+    }
+    for cell in &change.cells_added {
+        sides.extend(all(cell.id).filter(|s| carries(mesh, *s, labels)));
+    }
+}
+
+fn follow_vertices(shares: &mut BTreeMap<VertexId, f64>, mesh: &TetMesh, change: &MeshChange<4>) {
+    let copies = Copies::of(change);
+    let mut copies_of: BTreeMap<VertexId, Vec<VertexId>> = BTreeMap::new();
+    for v in &change.vertices_added {
+        if let Some(original) = copies.original(v).filter(|o| shares.contains_key(o)) {
+            copies_of.entry(original).or_default().push(v.id);
+        }
+    }
+    for (original, mut all) in copies_of {
+        if mesh.has_vertex(original) {
+            all.push(original);
+        }
+        let share = shares.remove(&original).unwrap_or(0.0) / all.len() as f64;
+        shares.extend(all.into_iter().map(|v| (v, share)));
+    }
+    for v in &change.vertices_removed {
+        if let (Some(share), Some(target)) = (shares.remove(&v.id), v.merged_into) {
+            *shares.entry(target).or_default() += share;
+        }
+    }
+}

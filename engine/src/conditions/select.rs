@@ -1,0 +1,123 @@
+//! Selections of a scene as vertices and boundary facets of its mesh.
+
+use std::collections::BTreeMap;
+
+use kerfem_mesh::{FacetLabel, VertexId};
+
+use crate::input::MeshInput;
+use crate::scene::source::Source;
+use crate::{Condition, EngineError, FixedSpec, LoadSpec};
+
+/// Resolves the selections of one section of a scene.
+pub(crate) struct Selector<'a> {
+    pub(crate) input: &'a MeshInput,
+    pub(crate) source: &'a Source,
+    pub(crate) section: &'static str,
+    pub(crate) index: usize,
+}
+
+impl Selector<'_> {
+    pub(super) fn fail<T>(&self, key: &str, message: impl Into<String>) -> Result<T, EngineError> {
+        Err(self.source.error(self.section, self.index, key, message))
+    }
+
+    /// Members of a fixed set, one flag a vertex slot.
+    pub(crate) fn fixed(&self, spec: &FixedSpec) -> Result<Vec<bool>, EngineError> {
+        self.vertices(spec.r#where.as_ref(), spec.vertices.as_deref(), spec.group.as_deref())
+    }
+
+    /// Vertices that a nodal force acts on, one flag a vertex slot.
+    pub(crate) fn force(&self, spec: &LoadSpec) -> Result<Vec<bool>, EngineError> {
+        self.vertices(spec.r#where.as_ref(), spec.vertices.as_deref(), spec.group.as_deref())
+    }
+
+    fn vertices(
+        &self,
+        condition: Option<&Condition>,
+        indices: Option<&[usize]>,
+        group: Option<&str>,
+    ) -> Result<Vec<bool>, EngineError> {
+        let points = self.input.mesh.rest_positions();
+        let (flags, key): (Vec<bool>, &str) = match (condition, indices, group) {
+            (Some(c), _, _) => (points.iter().map(|p| c.0.holds(p)).collect(), "where"),
+            (_, Some(list), _) => (self.flags(list, "vertices")?, "vertices"),
+            (_, _, name) => (self.flags(&self.group(name)?.vertices, "group")?, "group"),
+        };
+        match flags.contains(&true) {
+            true => Ok(flags),
+            false => self.fail(key, "it selects no vertex; a selection must not be empty"),
+        }
+    }
+
+    fn group(&self, name: Option<&str>) -> Result<&crate::input::NamedSet, EngineError> {
+        self.input
+            .set(name.unwrap_or(""))
+            .or_else(|message| self.fail("group", message))
+    }
+
+    fn flags(&self, list: &[usize], key: &str) -> Result<Vec<bool>, EngineError> {
+        let count = self.input.mesh.vertex_slots();
+        let mut flags = vec![false; count];
+        for &v in list {
+            match flags.get_mut(v) {
+                Some(flag) => *flag = true,
+                None => {
+                    let message = format!(
+                        "vertex {v} does not exist; the mesh has vertices 0 to {}",
+                        count.wrapping_sub(1)
+                    );
+                    return self.fail(key, message);
+                }
+            }
+        }
+        Ok(flags)
+    }
+
+    /// Boundary facets that a traction or a pressure acts on, one flag for each original boundary facet.
+    pub(crate) fn facets(&self, spec: &LoadSpec) -> Result<Vec<bool>, EngineError> {
+        let mesh = &self.input.mesh;
+        let all_of = |flags: &[bool]| {
+            let facets = mesh.original_facets().iter();
+            facets
+                .map(|f| f.iter().all(|v| flags[v.index()]))
+                .collect::<Vec<bool>>()
+        };
+        let (labels, key) = if let Some(c) = &spec.r#where {
+            let flags: Vec<bool> = mesh.rest_positions().iter().map(|p| c.0.holds(p)).collect();
+            (all_of(&flags), "where")
+        } else if let Some(list) = &spec.facets {
+            (self.labels(list, "facets")?, "facets")
+        } else if let Some(list) = &spec.vertices {
+            (all_of(&self.flags(list, "vertices")?), "vertices")
+        } else {
+            let set = self.group(spec.group.as_deref())?;
+            match set.facets.is_empty() {
+                true => (all_of(&self.flags(&set.vertices, "group")?), "group"),
+                false => (self.labels(&set.facets, "group")?, "group"),
+            }
+        };
+        match labels.contains(&true) {
+            true => Ok(labels),
+            false => self.fail(key, "it selects no boundary facet; a selection must not be empty"),
+        }
+    }
+
+    fn labels(&self, facets: &[[usize; 3]], key: &str) -> Result<Vec<bool>, EngineError> {
+        let originals = self.input.mesh.original_facets();
+        let sorted = |mut f: [usize; 3]| {
+            f.sort_unstable();
+            f
+        };
+        let by_corners: BTreeMap<[usize; 3], FacetLabel> = (originals.iter().enumerate())
+            .map(|(i, f)| (sorted(f.map(VertexId::index)), FacetLabel(i as u32)))
+            .collect();
+        let mut labels = vec![false; originals.len()];
+        for f in facets {
+            match by_corners.get(&sorted(*f)) {
+                Some(label) => labels[label.0 as usize] = true,
+                None => return self.fail(key, format!("{f:?} is no boundary facet of the mesh")),
+            }
+        }
+        Ok(labels)
+    }
+}

@@ -1,0 +1,78 @@
+//! Cuts the mesh and keeps the search tree true: the only place of the engine that calls the cutting crate.
+
+use kerfem_cutting::{CutOptions, CutOutcome, Sweep};
+use kerfem_mesh::{Aabb, BoxTree, CellId, Point, TetMesh};
+
+use crate::{EngineError, Frame};
+
+/// A tree over the cells of a mesh, and the positions it was made for.
+#[derive(Debug, Default)]
+pub(crate) struct Cutter {
+    tree: Option<BoxTree>,
+    positions: Vec<Point>,
+    /// The frame of the positions, while they are those of the mesh as it is.
+    frame: Option<Frame>,
+}
+
+impl Cutter {
+    /// Brings positions and tree to a frame. At rest this costs nothing once done; the deformed frame is new each time
+    /// (work proportional to the mesh, as for a step).
+    pub(crate) fn prepare(&mut self, mesh: &TetMesh, u: &[f64], frame: Frame) {
+        if frame == Frame::Rest && self.frame == Some(Frame::Rest) {
+            return;
+        }
+        self.positions.clear();
+        self.positions.extend_from_slice(mesh.rest_positions());
+        if frame == Frame::Deformed {
+            for (p, u) in self.positions.iter_mut().zip(u.as_chunks::<3>().0) {
+                *p += Point::from(*u);
+            }
+        }
+        let positions = &self.positions;
+        let cell_box = |i: u32| cell_box(mesh, positions, CellId(i));
+        match &mut self.tree {
+            Some(tree) => tree.refit(cell_box),
+            None => self.tree = Some(BoxTree::build(mesh.cell_ids().map(|c| (c.0, cell_box(c.0))))),
+        }
+        self.frame = Some(frame);
+    }
+
+    /// Cuts the mesh in the frame of the last [`Self::prepare`] and updates the tree where the mesh changed.
+    ///
+    /// # Errors
+    /// [`EngineError::Cut`] for input that cannot be cut with; the mesh is then as it was.
+    pub(crate) fn cut(
+        &mut self,
+        mesh: &mut TetMesh,
+        sweep: &Sweep,
+        options: &CutOptions,
+    ) -> Result<CutOutcome, EngineError> {
+        let Some(tree) = &mut self.tree else {
+            return Ok(CutOutcome::default());
+        };
+        let mut outcome = kerfem_cutting::cut(mesh, tree, &self.positions, sweep, options)?;
+        let change = &outcome.change;
+        self.positions.resize(mesh.vertex_slots(), Point::zeros());
+        for (v, position) in &outcome.positions {
+            self.positions[v.index()] = *position;
+        }
+        let positions = &self.positions;
+        let cell_box = |i: u32| cell_box(mesh, positions, CellId(i));
+        let mut nodes = 0;
+        for c in &change.cells_added {
+            nodes += tree.insert(c.id.0, Some(c.parent.0), cell_box).0;
+        }
+        for c in &change.cells_removed {
+            nodes += tree.remove(c.id.0, cell_box).0;
+        }
+        for c in change.vertices_moved.iter().flat_map(|v| mesh.cells_of_vertex(v.id)) {
+            nodes += tree.update(c.0, cell_box).0;
+        }
+        outcome.report.tree_nodes += nodes;
+        Ok(outcome)
+    }
+}
+
+fn cell_box(mesh: &TetMesh, positions: &[Point], c: CellId) -> Aabb {
+    Aabb::around(mesh.cell(c).map(|v| positions[v.index()]))
+}

@@ -1,0 +1,449 @@
+//! Momentum through a change that moves vertices (DESIGN invariant 4).
+//!
+//! Linear momentum is that of the lumped mass (equal to that of the consistent mass), angular momentum that of the
+//! consistent mass, about the origin, at current positions. Splitting cells keeps both; moving a vertex does not, since the
+//! velocity field is sampled anew. [`restore`] gives back what was lost by the smallest change of velocities in the norm of
+//! the lumped mass, piece by piece.
+
+use std::collections::BTreeMap;
+
+use kerfem_fem::Assembler;
+use kerfem_mesh::{CellId, MeshChange, Point, TetMesh, VertexId, quality::tet_volume};
+use nalgebra::{Matrix4, Matrix6, SymmetricEigen, Vector3, Vector4, Vector6};
+
+use crate::conditions::FixedDofs;
+use crate::state::{OldValues, State, nodal, set_nodal};
+
+/// Eigenvalues of the 6x6 system below this fraction of the largest belong to motions that the free vertices cannot make.
+const RANK: f64 = 1e-11;
+
+/// Deficits below this fraction of the momentum in the vertices concerned are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// What a correction did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Correction {
+    /// Norm of the velocity change in the lumped mass (sqrt(J)).
+    pub(crate) size: f64,
+    /// Whether the free vertices of every piece could take up all of the difference.
+    pub(crate) complete: bool,
+}
+
+/// A linear field over a cell: rest positions and values of position and velocity at its corners.
+struct Sample {
+    rest: [Point; 4],
+    x: [Vector3<f64>; 4],
+    v: [Vector3<f64>; 4],
+}
+
+impl Sample {
+    /// The linear field continued to other corners.
+    fn continued(&self, rest: [Point; 4]) -> Sample {
+        let column = |p: &Point| Vector4::new(1.0, p.x, p.y, p.z);
+        let inverse = Matrix4::from_columns(&self.rest.each_ref().map(column)).try_inverse();
+        let weights = |p: &Point| match self.rest.iter().position(|q| q == p) {
+            Some(k) => Vector4::from_fn(|i, _| f64::from(u8::from(i == k))),
+            None => inverse.map_or(Vector4::repeat(0.25), |inv| inv * column(p)),
+        };
+        let at = |field: &[Vector3<f64>; 4], w: &Vector4<f64>| (0..4).map(|i| w[i] * field[i]).sum::<Vector3<f64>>();
+        let all = rest.each_ref().map(weights);
+        Sample {
+            rest,
+            x: all.each_ref().map(|w| at(&self.x, w)),
+            v: all.each_ref().map(|w| at(&self.v, w)),
+        }
+    }
+
+    /// Linear and angular momentum (about `center`) for a density, by the consistent mass.
+    fn momentum(&self, density: f64, center: &Vector3<f64>) -> Vector6<f64> {
+        let mass = density * tet_volume(&self.rest);
+        let x = self.x.map(|x| x - center);
+        let (sum_x, sum_v): (Vector3<f64>, Vector3<f64>) = (x.iter().sum(), self.v.iter().sum());
+        let own: Vector3<f64> = (0..4).map(|i| x[i].cross(&self.v[i])).sum();
+        stack(&(sum_v * (mass / 4.0)), &((own + sum_x.cross(&sum_v)) * (mass / 20.0)))
+    }
+}
+
+fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+/// Gives each connected piece of touched cells the linear and angular momentum it had before `change`, by changing
+/// velocities of its free dofs as little as possible. A piece that lacks no more than rounding is left alone: splits keep
+/// momentum, but a new vertex may have been moved off the edge it came from.
+pub(crate) fn restore(
+    mesh: &TetMesh,
+    assembler: &Assembler,
+    fixed: &FixedDofs,
+    change: &MeshChange<4>,
+    old: &OldValues,
+    state: &mut State,
+) -> Correction {
+    let mut correction = Correction {
+        size: 0.0,
+        complete: true,
+    };
+    let touched = Touched::new(mesh, change);
+    let center = touched.center(mesh, &state.u);
+    let deficits = touched.deficits(mesh, assembler, change, old, state, &center);
+    for (piece, deficit) in deficits.iter().enumerate() {
+        let vertices = touched.vertices_of(mesh, piece);
+        if is_rounding(mesh, assembler, &vertices, deficit, &center, state) {
+            continue;
+        }
+        let (size, complete) = correct(mesh, assembler, fixed, &vertices, deficit, &center, state);
+        correction.size = correction.size.hypot(size);
+        correction.complete &= complete;
+    }
+    correction
+}
+
+/// Whether a deficit is no more than the rounding of the sums it comes from.
+fn is_rounding(
+    mesh: &TetMesh,
+    assembler: &Assembler,
+    vertices: &[VertexId],
+    deficit: &Vector6<f64>,
+    center: &Vector3<f64>,
+    state: &State,
+) -> bool {
+    let (mut linear, mut angular) = (0.0, 0.0);
+    for &v in vertices {
+        let momentum = assembler.lumped_mass()[v.index()] * nodal(&state.v, v).norm();
+        linear += momentum;
+        angular += momentum * (mesh.rest_position(v) + nodal(&state.u, v) - center).norm();
+    }
+    deficit.fixed_rows::<3>(0).norm() <= ROUNDING * linear && deficit.fixed_rows::<3>(3).norm() <= ROUNDING * angular
+}
+
+/// The cells that a change touched, and their connected pieces.
+struct Touched {
+    cells: Vec<CellId>,
+    piece: Vec<usize>,
+    pieces: usize,
+    /// The old cell that each touched cell lies in, if it is new.
+    parents: BTreeMap<CellId, CellId>,
+}
+
+impl Touched {
+    fn new(mesh: &TetMesh, change: &MeshChange<4>) -> Self {
+        let parents: BTreeMap<CellId, CellId> = change.cells_added.iter().map(|c| (c.id, c.parent)).collect();
+        let mut cells: Vec<CellId> = parents.keys().copied().collect();
+        cells.extend(change.vertices_moved.iter().flat_map(|m| mesh.cells_of_vertex(m.id)));
+        cells.sort_unstable();
+        cells.dedup();
+        let (piece, pieces) = mesh.pieces_among(&cells, |_| true);
+        Touched {
+            cells,
+            piece,
+            pieces,
+            parents,
+        }
+    }
+
+    fn center(&self, mesh: &TetMesh, u: &[f64]) -> Vector3<f64> {
+        let first = self.cells.first().map_or(Vector3::zeros(), |c| {
+            let v = mesh.cell(*c)[0];
+            mesh.rest_position(v) + nodal(u, v)
+        });
+        let corners = self.cells.iter().flat_map(|c| mesh.cell(*c));
+        let sum = corners
+            .map(|v| mesh.rest_position(v) + nodal(u, v) - first)
+            .sum::<Vector3<f64>>();
+        first + sum / (4 * self.cells.len().max(1)) as f64
+    }
+
+    fn vertices_of(&self, mesh: &TetMesh, piece: usize) -> Vec<VertexId> {
+        let cells = self.cells.iter().zip(&self.piece).filter(|(_, p)| **p == piece);
+        let mut vertices: Vec<VertexId> = cells.flat_map(|(c, _)| mesh.cell(*c)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+
+    /// What each piece lacks. A piece should have the momentum of the old fields over its cells (each continued linearly
+    /// from the old cell it comes from); what these leave of the true sum over the old cells is shared out by mass.
+    fn deficits(
+        &self,
+        mesh: &TetMesh,
+        assembler: &Assembler,
+        change: &MeshChange<4>,
+        old: &OldValues,
+        state: &State,
+        center: &Vector3<f64>,
+    ) -> Vec<Vector6<f64>> {
+        let moved: BTreeMap<VertexId, Point> = change
+            .vertices_moved
+            .iter()
+            .map(|m| (m.id, m.old_rest_position))
+            .collect();
+        let old_sample = |corners: [VertexId; 4], rest: [Point; 4]| {
+            let value = |v: VertexId| old.get(&v).copied().unwrap_or((nodal(&state.u, v), nodal(&state.v, v)));
+            let (u, v) = (corners.map(|c| value(c).0), corners.map(|c| value(c).1));
+            Sample {
+                rest,
+                x: [0, 1, 2, 3].map(|k| rest[k] + u[k]),
+                v,
+            }
+        };
+        let removed: BTreeMap<CellId, Sample> = change
+            .cells_removed
+            .iter()
+            .map(|c| (c.id, old_sample(c.corners, c.rest_positions)))
+            .collect();
+
+        let mut before = Vector6::zeros();
+        for (id, sample) in &removed {
+            before += sample.momentum(assembler.material(*id).density(), center);
+        }
+        let mut lacking = vec![Vector6::zeros(); self.pieces];
+        let mut masses = vec![0.0; self.pieces];
+        for (&cell, &piece) in self.cells.iter().zip(&self.piece) {
+            let density = assembler.material(cell).density();
+            let (corners, rest) = (mesh.cell(cell), mesh.cell_rest_positions(cell));
+            let now = Sample {
+                rest,
+                x: [0, 1, 2, 3].map(|k| rest[k] + nodal(&state.u, corners[k])),
+                v: corners.map(|c| nodal(&state.v, c)),
+            };
+            let wanted = match self.parents.get(&cell).and_then(|p| removed.get(p)) {
+                Some(parent) => parent.continued(rest).momentum(density, center),
+                None => {
+                    let old_rest = corners.map(|v| moved.get(&v).copied().unwrap_or(mesh.rest_position(v)));
+                    let own = old_sample(corners, old_rest);
+                    before += own.momentum(density, center);
+                    own.continued(rest).momentum(density, center)
+                }
+            };
+            before -= wanted;
+            lacking[piece] += wanted - now.momentum(density, center);
+            masses[piece] += density * tet_volume(&rest);
+        }
+        let total: f64 = masses.iter().sum();
+        for (deficit, mass) in lacking.iter_mut().zip(&masses) {
+            *deficit += before * (mass / total);
+        }
+        lacking
+    }
+}
+
+/// Changes the velocities of the free dofs of `vertices` by the smallest amount (lumped mass norm) that adds `deficit`.
+///
+/// The change of dof `d` is `phi_d . lambda`, where `m_d phi_d` is the derivative of linear and angular momentum by that
+/// velocity, and `(sum of m_d phi_d phi_d^T) lambda = deficit`: a rigid field, up to the difference between the masses.
+fn correct(
+    mesh: &TetMesh,
+    assembler: &Assembler,
+    fixed: &FixedDofs,
+    vertices: &[VertexId],
+    deficit: &Vector6<f64>,
+    center: &Vector3<f64>,
+    state: &mut State,
+) -> (f64, bool) {
+    let mass = |v: VertexId| assembler.lumped_mass()[v.index()];
+    let arms: Vec<Vector3<f64>> = vertices
+        .iter()
+        .map(|&v| lever(mesh, assembler, v, &state.u, center) / mass(v))
+        .collect();
+    let length = arms.iter().map(|a| a.norm()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    // angular rows are divided by a length so that all rows have the same unit
+    let phi = |arm: &Vector3<f64>, axis: usize| {
+        let e = Vector3::ith(axis, 1.0);
+        stack(&e, &(arm.cross(&e) / length))
+    };
+    let free = |v: VertexId, axis: usize| !fixed.is_fixed(v, axis);
+    let mut gram = Matrix6::zeros();
+    for (&v, arm) in vertices.iter().zip(&arms) {
+        for axis in (0..3).filter(|&a| free(v, a)) {
+            let row = phi(arm, axis);
+            gram += mass(v) * row * row.transpose();
+        }
+    }
+    let wanted = Vector6::from_fn(|i, _| if i < 3 { deficit[i] } else { deficit[i] / length });
+    let eigen = SymmetricEigen::new(gram);
+    let largest = eigen.eigenvalues.max();
+    let mut lambda = Vector6::zeros();
+    for (k, &value) in eigen.eigenvalues.iter().enumerate() {
+        if value > RANK * largest {
+            let mode = eigen.eigenvectors.column(k);
+            lambda += mode * (mode.dot(&wanted) / value);
+        }
+    }
+    let mut size = 0.0;
+    for (&v, arm) in vertices.iter().zip(&arms) {
+        let mut velocity = nodal(&state.v, v);
+        for axis in (0..3).filter(|&a| free(v, a)) {
+            let change = phi(arm, axis).dot(&lambda);
+            velocity[axis] += change;
+            size += mass(v) * change * change;
+        }
+        set_nodal(&mut state.v, v, &velocity);
+    }
+    let missed = (gram * lambda - wanted).norm();
+    (size.sqrt(), missed <= 1e-10 * wanted.norm())
+}
+
+/// Row of the consistent mass of a vertex times current positions relative to `center` (kg m).
+fn lever(mesh: &TetMesh, assembler: &Assembler, v: VertexId, u: &[f64], center: &Vector3<f64>) -> Vector3<f64> {
+    let x = |w: VertexId| mesh.rest_position(w) + nodal(u, w) - center;
+    let mut sum = Vector3::zeros();
+    for &c in mesh.cells_of_vertex(v) {
+        let mass = assembler.material(c).density() * tet_volume(&mesh.cell_rest_positions(c));
+        let corners = mesh.cell(c).into_iter().map(x).sum::<Vector3<f64>>();
+        sum += (corners + x(v)) * (mass / 20.0);
+    }
+    sum
+}
+
+/// Linear momentum (kg m/s) of the lumped mass.
+pub(crate) fn linear(assembler: &Assembler, v: &[f64]) -> Vector3<f64> {
+    let masses = assembler.lumped_mass().iter().enumerate();
+    masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32))).sum()
+}
+
+/// The sum of `m |v|` over the vertices (kg m/s): what momenta are compared with.
+pub(crate) fn scale(assembler: &Assembler, v: &[f64]) -> f64 {
+    let masses = assembler.lumped_mass().iter().enumerate();
+    masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32)).norm()).sum()
+}
+
+/// Angular momentum (kg m²/s) of the consistent mass about the origin.
+#[cfg(test)]
+pub(crate) fn angular(mesh: &TetMesh, assembler: &Assembler, state: &State) -> Vector3<f64> {
+    let cells = mesh.cell_ids().map(|c| {
+        let (corners, rest) = (mesh.cell(c), mesh.cell_rest_positions(c));
+        let x = [0, 1, 2, 3].map(|k| rest[k] + nodal(&state.u, corners[k]));
+        let v = corners.map(|w| nodal(&state.v, w));
+        let both = Sample { rest, x, v }.momentum(assembler.material(c).density(), &Vector3::zeros());
+        Vector3::new(both[3], both[4], both[5])
+    });
+    cells.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kerfem_fem::Material;
+    use kerfem_mesh::Edit;
+
+    use crate::Scene;
+    use crate::input::MeshInput;
+
+    struct Body {
+        mesh: TetMesh,
+        assembler: Assembler,
+        fixed: FixedDofs,
+        state: State,
+    }
+
+    /// A cube in uneven motion, with the given extra sections.
+    fn body(sections: &str) -> Body {
+        let text = format!(
+            "name = 'cube'\n[mesh]\nbox = {{ size = [1, 1, 1], cells = [3, 3, 3] }}\n[material]\nyoung = 1\n\
+             poisson = 0.3\ndensity = 2\n{sections}"
+        );
+        let scene = Scene::parse(&text, "cube.toml").unwrap();
+        let input = MeshInput::read(&scene.mesh, &scene.source).unwrap();
+        let material = Material::new(1.0, 0.3, 2.0).unwrap();
+        let fixed = FixedDofs::new(&scene, &input).unwrap();
+        let mesh = input.mesh;
+        let mut state = State::at_rest(mesh.vertex_slots());
+        for (i, (u, v)) in state.u.iter_mut().zip(&mut state.v).enumerate() {
+            *u = 0.05 * (7.0 * i as f64).sin();
+            *v = (3.0 * i as f64).cos();
+        }
+        Body {
+            assembler: Assembler::new(&mesh, |_| material).unwrap(),
+            mesh,
+            fixed,
+            state,
+        }
+    }
+
+    fn inside(mesh: &TetMesh) -> VertexId {
+        mesh.vertex_ids().find(|v| !mesh.is_boundary_vertex(*v)).unwrap()
+    }
+
+    fn follow(body: &mut Body, change: &MeshChange<4>) -> Correction {
+        let old = body.state.apply(&body.mesh, change);
+        body.fixed.follow(&body.mesh, change);
+        body.assembler.update(&body.mesh, change).unwrap();
+        restore(&body.mesh, &body.assembler, &body.fixed, change, &old, &mut body.state)
+    }
+
+    fn momenta(b: &Body) -> (Vector3<f64>, Vector3<f64>) {
+        (
+            linear(&b.assembler, &b.state.v),
+            angular(&b.mesh, &b.assembler, &b.state),
+        )
+    }
+
+    #[test]
+    fn a_moved_vertex_gets_its_momentum_back() {
+        let mut b = body("");
+        let v = inside(&b.mesh);
+        let w = b.mesh.vertex_neighbors(v)[0];
+        let (p, l) = momenta(&b);
+        let mut edit = Edit::new(&mut b.mesh);
+        let place = edit.mesh().rest_position(v) * 0.8 + edit.mesh().rest_position(w) * 0.2;
+        edit.move_vertex(v, place, &vec![(w, 0.2), (v, 0.8)]);
+        let change = edit.commit();
+        let correction = follow(&mut b, &change);
+        let (q, m) = momenta(&b);
+        assert!(correction.complete && correction.size > 0.0);
+        assert!(
+            (p - q).norm() < 1e-13 * scale(&b.assembler, &b.state.v),
+            "{}",
+            (p - q).norm()
+        );
+        assert!(
+            (l - m).norm() < 1e-13 * scale(&b.assembler, &b.state.v),
+            "{}",
+            (l - m).norm()
+        );
+    }
+
+    #[test]
+    fn only_free_dofs_are_corrected() {
+        let mut b = body("[[fixed]]\nwhere = 'z < 0.5'\naxes = 'x'");
+        let v = inside(&b.mesh);
+        let w = b.mesh.vertex_neighbors(v)[3];
+        let before = b.state.v.clone();
+        let mut edit = Edit::new(&mut b.mesh);
+        let place = edit.mesh().rest_position(v) * 0.9 + edit.mesh().rest_position(w) * 0.1;
+        edit.move_vertex(v, place, &vec![(w, 0.1), (v, 0.9)]);
+        let change = edit.commit();
+        follow(&mut b, &change);
+        let changed = |d: &usize| b.state.v[*d] != before[*d] && d / 3 != v.index();
+        let changed: Vec<usize> = (0..before.len()).filter(changed).collect();
+        assert!(!changed.is_empty());
+        assert!(changed.iter().all(|d| !b.fixed.mask()[*d]));
+    }
+
+    #[test]
+    fn a_split_changes_nothing() {
+        let mut b = body("");
+        let v = inside(&b.mesh);
+        let w = b.mesh.vertex_neighbors(v)[1];
+        let (p, l) = momenta(&b);
+        let before = b.state.v.clone();
+        let mut edit = Edit::new(&mut b.mesh);
+        let place = (edit.mesh().rest_position(v) + edit.mesh().rest_position(w)) / 2.0;
+        let ring: Vec<CellId> = edit.mesh().cells_of_edge(v, w).collect();
+        let middle = edit.add_vertex(place, &vec![(v, 0.5), (w, 0.5)]);
+        for c in ring {
+            let corners = edit.mesh().cell(c);
+            edit.remove_cell(c);
+            for gone in [v, w] {
+                let labels = [kerfem_mesh::FacetLabel::NONE; 4];
+                edit.add_cell(corners.map(|k| if k == gone { middle } else { k }), c, labels);
+            }
+        }
+        let change = edit.commit();
+        let correction = follow(&mut b, &change);
+        let (q, m) = momenta(&b);
+        assert_eq!(correction.size, 0.0);
+        assert_eq!(b.state.v[..before.len()], before);
+        assert!((p - q).norm() < 1e-13 && (l - m).norm() < 1e-13);
+    }
+}

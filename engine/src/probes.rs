@@ -1,0 +1,113 @@
+//! Points whose displacement is followed over time and through cuts.
+
+use std::collections::BTreeSet;
+
+use kerfem_mesh::{CellId, MeshChange, Point, TetMesh};
+use nalgebra::{Matrix4, Vector3, Vector4};
+
+use crate::state::nodal;
+use crate::{EngineError, Scene};
+
+/// A point outside its cell by at most this much (in barycentric coordinates) still counts as inside.
+const OUTSIDE: f64 = 1e-9;
+
+#[derive(Clone, Debug)]
+struct Probe {
+    name: String,
+    rest: Point,
+    /// The cell it lies in, unless that was removed and nothing took its place.
+    cell: Option<CellId>,
+    weights: Vector4<f64>,
+}
+
+/// The probes of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Probes {
+    probes: Vec<Probe>,
+}
+
+impl Probes {
+    pub(crate) fn new(scene: &Scene, mesh: &TetMesh) -> Result<Self, EngineError> {
+        let mut probes = Vec::with_capacity(scene.probe.len());
+        for (i, spec) in scene.probe.iter().enumerate() {
+            let rest = Point::from(spec.point);
+            let Some((cell, weights)) = locate(mesh, &rest, mesh.cell_ids()) else {
+                let message = format!("({}, {}, {}) does not lie in the mesh", rest.x, rest.y, rest.z);
+                return Err(scene.source.error("probe", i, "point", message));
+            };
+            probes.push(Probe {
+                name: spec.name.clone(),
+                rest,
+                cell: Some(cell),
+                weights,
+            });
+        }
+        Ok(Probes { probes })
+    }
+
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.probes.iter().map(|p| p.name.as_str())
+    }
+
+    /// Three displacements (m) a probe; NaN where its cell was removed.
+    pub(crate) fn values<'a>(&'a self, mesh: &'a TetMesh, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.probes.iter().flat_map(move |p| {
+            let value = p
+                .cell
+                .map_or(Vector3::repeat(f64::NAN), |c| interpolate(mesh, c, &p.weights, u));
+            [value.x, value.y, value.z]
+        })
+    }
+
+    /// Follows a change: a probe stays with the descendants of its cell; where moved vertices left it outside of them, it
+    /// goes to the touched cell that holds it.
+    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+        for probe in &mut self.probes {
+            let Some(own) = probe.cell else { continue };
+            let heirs = change.cells_added.iter().filter(|c| c.parent == own).map(|c| c.id);
+            let near = heirs.chain(mesh.has_cell(own).then_some(own));
+            let found = locate(mesh, &probe.rest, near).or_else(|| {
+                let moved = change
+                    .vertices_moved
+                    .iter()
+                    .flat_map(|v| mesh.cells_of_vertex(v.id).iter().copied());
+                let touched: BTreeSet<CellId> = change.cells_added.iter().map(|c| c.id).chain(moved).collect();
+                locate(mesh, &probe.rest, touched)
+            });
+            match found {
+                Some((cell, weights)) => (probe.cell, probe.weights) = (Some(cell), weights),
+                None => probe.cell = None,
+            }
+        }
+    }
+}
+
+/// The cell among `cells` that holds a rest position best, and the barycentric coordinates there.
+pub(crate) fn locate(
+    mesh: &TetMesh,
+    rest: &Point,
+    cells: impl IntoIterator<Item = CellId>,
+) -> Option<(CellId, Vector4<f64>)> {
+    let mut best: Option<(f64, CellId, Vector4<f64>)> = None;
+    for c in cells {
+        let columns = mesh.cell_rest_positions(c).map(|p| Vector4::new(1.0, p.x, p.y, p.z));
+        let Some(inverse) = Matrix4::from_columns(&columns).try_inverse() else {
+            continue;
+        };
+        let weights = inverse * Vector4::new(1.0, rest.x, rest.y, rest.z);
+        let inside = weights.min();
+        if inside >= -OUTSIDE && best.as_ref().is_none_or(|(b, _, _)| inside > *b) {
+            best = Some((inside, c, weights));
+        }
+    }
+    best.map(|(_, c, w)| (c, w))
+}
+
+/// The value of a nodal field inside a cell.
+pub(crate) fn interpolate(mesh: &TetMesh, c: CellId, weights: &Vector4<f64>, u: &[f64]) -> Vector3<f64> {
+    mesh.cell(c)
+        .iter()
+        .zip(weights.iter())
+        .map(|(v, w)| *w * nodal(u, *v))
+        .sum()
+}

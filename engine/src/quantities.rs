@@ -1,0 +1,82 @@
+//! Single numbers of a state (`[[quantity]]`).
+
+use std::collections::BTreeMap;
+
+use kerfem_mesh::{Point, VertexId};
+
+use crate::probes::{interpolate, locate};
+use crate::{Axis, Component, QuantitySpec, Simulation};
+
+impl Simulation {
+    /// The quantities of the scene at the present state; none where a quantity has no value (its `where` selects nothing).
+    pub fn quantities(&self) -> BTreeMap<String, Option<f64>> {
+        self.scene
+            .quantity
+            .iter()
+            .map(|q| (q.name.clone(), self.quantity(q)))
+            .collect()
+    }
+
+    fn quantity(&self, q: &QuantitySpec) -> Option<f64> {
+        if let Some(component) = q.mean {
+            return self.mean(component, q);
+        }
+        if let Some(component) = q.max {
+            return self
+                .vertices_of(q)
+                .map(|v| self.component(v, component))
+                .reduce(f64::max);
+        }
+        if let Some(component) = q.min {
+            return self
+                .vertices_of(q)
+                .map(|v| self.component(v, component))
+                .reduce(f64::min);
+        }
+        if let Some(point) = q.point {
+            let (cell, weights) = locate(&self.mesh, &Point::from(point), self.mesh.cell_ids())?;
+            let u = interpolate(&self.mesh, cell, &weights, &self.state.u);
+            return Some(u[q.component.unwrap_or(Component::Uz) as usize]);
+        }
+        if let Some(axis) = q.reaction {
+            return Some(self.reaction(axis, q));
+        }
+        Some(self.energies.elastic)
+    }
+
+    fn component(&self, v: VertexId, component: Component) -> f64 {
+        self.state.u[3 * v.index() + component as usize]
+    }
+
+    fn selects(&self, q: &QuantitySpec, v: VertexId) -> bool {
+        q.r#where
+            .as_ref()
+            .is_none_or(|w| w.0.holds(&self.mesh.rest_position(v)))
+    }
+
+    fn vertices_of<'a>(&'a self, q: &'a QuantitySpec) -> impl Iterator<Item = VertexId> + 'a {
+        self.mesh.vertex_ids().filter(|v| self.selects(q, *v))
+    }
+
+    /// Mean over the boundary facets whose vertices are all selected, by rest area.
+    fn mean(&self, component: Component, q: &QuantitySpec) -> Option<f64> {
+        let (mut sum, mut area) = (0.0, 0.0);
+        for side in self.mesh.boundary_facets() {
+            let corners = self.mesh.facet_corners(side);
+            if corners.iter().all(|v| self.selects(q, *v)) {
+                let p = corners.map(|v| self.mesh.rest_position(v));
+                let own = (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0;
+                area += own;
+                sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / 3.0;
+            }
+        }
+        (area > 0.0).then(|| sum / area)
+    }
+
+    /// What the supports exert on the selected vertices (N).
+    fn reaction(&self, axis: Axis, q: &QuantitySpec) -> f64 {
+        let unbalanced = self.equilibrium.unbalanced();
+        let fixed = self.vertices_of(q).filter(|v| self.fixed.is_fixed(*v, axis as usize));
+        fixed.map(|v| -unbalanced[3 * v.index() + axis as usize]).sum()
+    }
+}

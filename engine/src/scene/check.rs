@@ -1,0 +1,371 @@
+//! What can be said about a scene without its mesh.
+
+use kerfem_fem::Material;
+
+use super::{DampingSpec, FixedSpec, LoadSpec, MaterialSpec, Scene, Scheme};
+use crate::EngineError;
+
+type Checked = Result<(), EngineError>;
+
+impl Scene {
+    /// Checks every number and every choice that needs no mesh; the first mistake is the error.
+    pub(super) fn check(&self) -> Checked {
+        self.check_name()?;
+        self.check_mesh()?;
+        self.check_material()?;
+        self.check_model()?;
+        for (i, fixed) in self.fixed.iter().enumerate() {
+            self.check_fixed(i, fixed)?;
+        }
+        for (i, load) in self.load.iter().enumerate() {
+            self.check_load(i, load)?;
+        }
+        self.check_initial()?;
+        self.check_time()?;
+        self.check_solver()?;
+        self.check_cuts()?;
+        self.check_probes()?;
+        self.check_quantities()?;
+        match self.output.every {
+            Some(every) => self.positive("output", 0, "every", every),
+            None => Ok(()),
+        }
+    }
+
+    fn fail<T>(&self, section: &str, index: usize, key: &str, message: impl Into<String>) -> Result<T, EngineError> {
+        Err(self.source.error(section, index, key, message))
+    }
+
+    fn positive(&self, section: &str, index: usize, key: &str, value: f64) -> Checked {
+        if value.is_finite() && value > 0.0 {
+            return Ok(());
+        }
+        let message = format!("{value} is not accepted; a finite number greater than 0 is needed");
+        self.fail(section, index, key, message)
+    }
+
+    fn finite(&self, section: &str, index: usize, key: &str, values: &[f64]) -> Checked {
+        match values.iter().find(|v| !v.is_finite()) {
+            Some(v) => self.fail(
+                section,
+                index,
+                key,
+                format!("{v} is not accepted; finite numbers are needed"),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Exactly one of the named keys must be given.
+    fn exactly_one(&self, section: &str, index: usize, given: &[(&str, bool)]) -> Checked {
+        let names = |all: bool| {
+            let some = given.iter().filter(|(_, g)| all || *g);
+            some.map(|(n, _)| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
+        };
+        match given.iter().filter(|(_, g)| *g).count() {
+            1 => Ok(()),
+            0 => self.fail(
+                section,
+                index,
+                "",
+                format!("exactly one of {} is needed; none is given", names(true)),
+            ),
+            _ => self.fail(
+                section,
+                index,
+                given.iter().find(|(_, g)| *g).map_or("", |(n, _)| n),
+                format!("{} are given; exactly one of {} is accepted", names(false), names(true)),
+            ),
+        }
+    }
+
+    fn check_name(&self) -> Checked {
+        let plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
+        if !self.name.is_empty() && !self.name.starts_with('.') && self.name.chars().all(plain) {
+            return Ok(());
+        }
+        let message = format!(
+            "\"{}\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.'",
+            self.name
+        );
+        self.fail("", 0, "name", message)
+    }
+
+    fn check_mesh(&self) -> Checked {
+        let m = &self.mesh;
+        let given = [
+            ("file", m.file.is_some()),
+            ("box", m.r#box.is_some()),
+            ("ball", m.ball.is_some()),
+        ];
+        self.exactly_one("mesh", 0, &given)?;
+        if let Some(b) = &m.r#box {
+            for s in b.size {
+                self.positive("mesh", 0, "box", s)?;
+            }
+            self.finite("mesh", 0, "box", &b.origin)?;
+            let count = b.cells.iter().try_fold(6usize, |n, c| n.checked_mul(*c));
+            if b.cells.contains(&0) || count.is_none_or(|n| n >= u32::MAX as usize) {
+                let message = format!(
+                    "cells = {:?} is not accepted; whole numbers from 1 with a product below 7e8",
+                    b.cells
+                );
+                return self.fail("mesh", 0, "box", message);
+            }
+        }
+        if let Some(b) = &m.ball {
+            self.positive("mesh", 0, "ball", b.radius)?;
+            self.finite("mesh", 0, "ball", &b.center)?;
+            if b.layers == 0 || b.layers > 500 {
+                let message = format!("layers = {} is not accepted; a whole number from 1 to 500", b.layers);
+                return self.fail("mesh", 0, "ball", message);
+            }
+        }
+        m.scale.map_or(Ok(()), |s| self.positive("mesh", 0, "scale", s))
+    }
+
+    fn check_material(&self) -> Checked {
+        let key_of = |message: &str| message.split(' ').next().unwrap_or("").to_owned();
+        let MaterialSpec {
+            young,
+            poisson,
+            density,
+            damping,
+        } = &self.material;
+        if let Err(e) = Material::new(*young, *poisson, *density) {
+            let message = e.to_string();
+            return self.fail("material", 0, &key_of(&message), message);
+        }
+        let DampingSpec { mass, stiffness } = *damping;
+        if !(mass.is_finite() && mass >= 0.0) {
+            let message = format!("mass = {mass} is not accepted; a finite number from 0 is needed");
+            return self.fail("material", 0, "damping", message);
+        }
+        if stiffness != 0.0 {
+            let message = format!("stiffness = {stiffness} is not available yet; accepted: 0");
+            return self.fail("material", 0, "damping", message);
+        }
+        for (i, r) in self.region.iter().enumerate() {
+            self.exactly_one(
+                "region",
+                i,
+                &[("group", r.group.is_some()), ("where", r.r#where.is_some())],
+            )?;
+            let or = |own: Option<f64>, common: f64| own.unwrap_or(common);
+            if let Err(e) = Material::new(or(r.young, *young), or(r.poisson, *poisson), or(r.density, *density)) {
+                let message = e.to_string();
+                return self.fail("region", i, &key_of(&message), message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_model(&self) -> Checked {
+        let m = &self.model;
+        if m.order != 1 {
+            let message = format!("{} is not available yet; accepted: 1", m.order);
+            return self.fail("model", 0, "order", message);
+        }
+        if !["none", "auto"].contains(&m.locking.as_str()) {
+            let message = format!("\"{}\" is not available yet; accepted: \"none\", \"auto\"", m.locking);
+            return self.fail("model", 0, "locking", message);
+        }
+        self.positive("model", 0, "accuracy", m.accuracy)
+    }
+
+    fn check_fixed(&self, i: usize, f: &FixedSpec) -> Checked {
+        let given = [
+            ("where", f.r#where.is_some()),
+            ("vertices", f.vertices.is_some()),
+            ("group", f.group.is_some()),
+        ];
+        self.exactly_one("fixed", i, &given)?;
+        let axes = f.axes.as_deref().unwrap_or("xyz");
+        let repeated = axes
+            .chars()
+            .enumerate()
+            .any(|(k, c)| axes.chars().take(k).any(|d| d == c));
+        if axes.is_empty() || repeated || !axes.chars().all(|c| "xyz".contains(c)) {
+            let message = format!("\"{axes}\" is not accepted; letters x, y, z, each at most once");
+            return self.fail("fixed", i, "axes", message);
+        }
+        match &f.displacement {
+            Some(d) if d.len() != 3 && d.len() != axes.len() => {
+                let message = format!(
+                    "{} components are given; 3 or one for each of \"{axes}\" are needed",
+                    d.len()
+                );
+                self.fail("fixed", i, "displacement", message)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_load(&self, i: usize, l: &LoadSpec) -> Checked {
+        let kinds = [
+            ("gravity", l.gravity.is_some()),
+            ("traction", l.traction.is_some()),
+            ("pressure", l.pressure.is_some()),
+            ("force", l.force.is_some()),
+        ];
+        self.exactly_one("load", i, &kinds)?;
+        let places = [
+            ("where", l.r#where.is_some()),
+            ("facets", l.facets.is_some()),
+            ("vertices", l.vertices.is_some()),
+            ("group", l.group.is_some()),
+        ];
+        if l.gravity.is_some() {
+            if let Some((key, _)) = places.iter().find(|(_, given)| *given) {
+                return self.fail(
+                    "load",
+                    i,
+                    key,
+                    "gravity acts on the whole body; no selection is accepted",
+                );
+            }
+        } else {
+            self.exactly_one("load", i, &places)?;
+        }
+        if l.force.is_some() && l.facets.is_some() {
+            return self.fail(
+                "load",
+                i,
+                "facets",
+                "a force acts on vertices; accepted: \"where\", \"vertices\", \"group\"",
+            );
+        }
+        for (key, components) in [("gravity", &l.gravity), ("force", &l.force)] {
+            if let Some(e) = components.iter().flatten().find(|e| e.uses_place()) {
+                let message = format!("\"{}\" depends on the place; only t is accepted", e.text());
+                return self.fail("load", i, key, message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_initial(&self) -> Checked {
+        let fields = [
+            ("displacement", &self.initial.displacement),
+            ("velocity", &self.initial.velocity),
+        ];
+        for (key, field) in fields {
+            if let Some(super::InitialField::Formula(all)) = field
+                && let Some(e) = all.iter().find(|e| e.uses_time())
+            {
+                let message = format!("\"{}\" depends on t; the state at the start is in x, y, z", e.text());
+                return self.fail("initial", 0, key, message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_time(&self) -> Checked {
+        let t = &self.time;
+        for (key, value) in [("dt", t.dt), ("end", t.end)] {
+            match value {
+                Some(v) => self.positive("time", 0, key, v)?,
+                None if matches!(t.scheme, Scheme::BackwardEuler | Scheme::Midpoint) => {
+                    return self.fail(
+                        "time",
+                        0,
+                        key,
+                        "it is missing; a scheme that steps needs \"dt\" and \"end\"",
+                    );
+                }
+                None => {}
+            }
+        }
+        match (t.dt, t.end) {
+            (Some(dt), Some(end)) if end / dt > 1e9 => {
+                let message = format!("{dt} s up to end = {end} s is more than 1e9 steps; a larger dt is needed");
+                self.fail("time", 0, "dt", message)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_solver(&self) -> Checked {
+        let s = &self.solver;
+        if !(s.tolerance > 0.0 && s.tolerance < 1.0) {
+            let message = format!(
+                "{} is not accepted; a number greater than 0 and less than 1 is needed",
+                s.tolerance
+            );
+            return self.fail("solver", 0, "tolerance", message);
+        }
+        if s.max_iterations == 0 {
+            return self.fail(
+                "solver",
+                0,
+                "max_iterations",
+                "0 is not accepted; a whole number from 1 is needed",
+            );
+        }
+        Ok(())
+    }
+
+    fn check_cuts(&self) -> Checked {
+        for (i, c) in self.cut.iter().enumerate() {
+            if !(c.at.is_finite() && c.at >= 0.0) {
+                let message = format!("{} is not accepted; a finite time from 0 is needed", c.at);
+                return self.fail("cut", i, "at", message);
+            }
+            if !(c.snap >= 0.0 && c.snap <= 0.45) {
+                let message = format!("{} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);
+                return self.fail("cut", i, "snap", message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_probes(&self) -> Checked {
+        for (i, p) in self.probe.iter().enumerate() {
+            self.finite("probe", i, "point", &p.point)?;
+            let bad = p.name.is_empty() || p.name.contains([',', '"', '\n', '\r']);
+            if bad || self.probe[..i].iter().any(|q| q.name == p.name) {
+                let message = format!(
+                    "\"{}\" is not accepted; a name of its own without commas or quotes",
+                    p.name
+                );
+                return self.fail("probe", i, "name", message);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_quantities(&self) -> Checked {
+        for (i, q) in self.quantity.iter().enumerate() {
+            let kinds = [
+                ("mean", q.mean.is_some()),
+                ("max", q.max.is_some()),
+                ("min", q.min.is_some()),
+                ("point", q.point.is_some()),
+                ("energy", q.energy.is_some()),
+                ("reaction", q.reaction.is_some()),
+            ];
+            self.exactly_one("quantity", i, &kinds)?;
+            if q.name.is_empty() || self.quantity[..i].iter().any(|p| p.name == q.name) {
+                return self.fail(
+                    "quantity",
+                    i,
+                    "name",
+                    format!("\"{}\" is not accepted; a name of its own is needed", q.name),
+                );
+            }
+            let needs_where = q.mean.is_some() || q.reaction.is_some();
+            if needs_where && q.r#where.is_none() {
+                return self.fail(
+                    "quantity",
+                    i,
+                    "where",
+                    "it is missing; it says where the quantity is taken",
+                );
+            }
+            if let Some(p) = q.point {
+                self.finite("quantity", i, "point", &p)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,518 @@
+//! The scene: what a `SCENE.toml` says, read and checked.
+
+mod check;
+pub(crate) mod source;
+mod values;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::{EngineError, Expression};
+use source::Source;
+pub use values::{Condition, InitialField};
+
+/// A scene as its file says it, checked as far as that is possible without the mesh.
+///
+/// SI units; indices count from zero in the order of the mesh file. Read one with [`Scene::read`] or [`Scene::parse`].
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Names the results.
+    pub name: String,
+    /// Where the mesh comes from.
+    pub mesh: MeshSpec,
+    /// The material, where no region says otherwise.
+    pub material: MaterialSpec,
+    /// Parts of another material; a later one wins.
+    #[serde(default)]
+    pub region: Vec<RegionSpec>,
+    /// Kinematics and elements.
+    #[serde(default)]
+    pub model: ModelSpec,
+    /// Prescribed displacements; a later one wins.
+    #[serde(default)]
+    pub fixed: Vec<FixedSpec>,
+    /// Loads; they add up.
+    #[serde(default)]
+    pub load: Vec<LoadSpec>,
+    /// State at the start.
+    #[serde(default)]
+    pub initial: InitialSpec,
+    /// Scheme and clock.
+    #[serde(default)]
+    pub time: TimeSpec,
+    /// Linear solver and tolerances.
+    #[serde(default)]
+    pub solver: SolverSpec,
+    /// Cuts, in any order of time.
+    #[serde(default)]
+    pub cut: Vec<CutSpec>,
+    /// Time series at points.
+    #[serde(default)]
+    pub probe: Vec<ProbeSpec>,
+    /// Single numbers of the last state.
+    #[serde(default)]
+    pub quantity: Vec<QuantitySpec>,
+    /// What is written.
+    #[serde(default)]
+    pub output: OutputSpec,
+    #[serde(skip)]
+    pub(crate) source: Source,
+}
+
+/// Where the mesh comes from: exactly one of `file`, `box`, `ball`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct MeshSpec {
+    /// A mesh file, relative to the scene.
+    pub file: Option<PathBuf>,
+    /// A box of tetrahedra.
+    pub r#box: Option<BoxSpec>,
+    /// A ball of tetrahedra.
+    pub ball: Option<BallSpec>,
+    /// Factor on all coordinates (default 1).
+    pub scale: Option<f64>,
+}
+
+/// A box of `cells` hexahedra, six tetrahedra each.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Side lengths (m).
+    pub size: [f64; 3],
+    /// Hexahedra along each side.
+    pub cells: [usize; 3],
+    /// The corner with the smallest coordinates (m).
+    #[serde(default)]
+    pub origin: [f64; 3],
+}
+
+/// A ball of `20 layers³` tetrahedra.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct BallSpec {
+    /// Radius (m).
+    pub radius: f64,
+    /// Shells of tetrahedra from the centre to the surface.
+    pub layers: usize,
+    /// Centre (m).
+    #[serde(default)]
+    pub center: [f64; 3],
+}
+
+/// Isotropic material.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// Young's modulus (Pa).
+    pub young: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density at rest (kg/m³).
+    pub density: f64,
+    /// Rayleigh damping.
+    #[serde(default)]
+    pub damping: DampingSpec,
+}
+
+/// Rayleigh damping: the force `-(mass M + stiffness K) v`; `stiffness` must be zero for now.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct DampingSpec {
+    /// Factor of the mass matrix (1/s).
+    pub mass: f64,
+    /// Factor of the stiffness matrix (s).
+    pub stiffness: f64,
+}
+
+/// Another material for some cells: exactly one of `group`, `where`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct RegionSpec {
+    /// A named set of the mesh file.
+    pub group: Option<String>,
+    /// A condition on the centroids of cells.
+    pub r#where: Option<Condition>,
+    /// Young's modulus (Pa), if it differs.
+    pub young: Option<f64>,
+    /// Poisson's ratio, if it differs.
+    pub poisson: Option<f64>,
+    /// Density (kg/m³), if it differs.
+    pub density: Option<f64>,
+}
+
+/// Kinematics and elements.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelSpec {
+    /// Small or large rotations.
+    pub kind: ModelKind,
+    /// How mass is spread.
+    pub mass: MassKind,
+    /// Order of the elements: 1.
+    pub order: u32,
+    /// Cure of volumetric locking: "none" or "auto".
+    pub locking: String,
+    /// Relative error that is wanted; what is chosen by "auto" may use it.
+    pub accuracy: f64,
+}
+
+impl Default for ModelSpec {
+    fn default() -> Self {
+        ModelSpec {
+            kind: ModelKind::Auto,
+            mass: MassKind::Lumped,
+            order: 1,
+            locking: "auto".into(),
+            accuracy: 0.01,
+        }
+    }
+}
+
+/// Kinematics of the elements.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelKind {
+    /// Small strains and rotations.
+    Linear,
+    /// Small strains, any rotation.
+    Corotated,
+    /// Left to the engine.
+    Auto,
+}
+
+/// How mass is spread over the vertices.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum MassKind {
+    /// A quarter of each cell to each corner.
+    Lumped,
+    /// The integral of products of shape functions.
+    Consistent,
+}
+
+/// A prescribed displacement on exactly one of `where`, `vertices`, `group`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedSpec {
+    /// Vertices whose rest position satisfies this.
+    pub r#where: Option<Condition>,
+    /// Vertices by index.
+    pub vertices: Option<Vec<usize>>,
+    /// A named set of the mesh file.
+    pub group: Option<String>,
+    /// Which components are prescribed (default "xyz").
+    pub axes: Option<String>,
+    /// Their values (m), one an axis of `axes` or all three; default zero.
+    pub displacement: Option<Vec<Expression>>,
+}
+
+/// A load: exactly one of `gravity`, `traction`, `pressure`, `force`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct LoadSpec {
+    /// Acceleration of the whole body (m/s²); expressions in `t`.
+    pub gravity: Option<[Expression; 3]>,
+    /// Force per rest area (Pa) on facets; expressions in `x, y, z, t`.
+    pub traction: Option<[Expression; 3]>,
+    /// Pressure (Pa) along the inward rest normal of facets; an expression in `x, y, z, t`.
+    pub pressure: Option<Expression>,
+    /// The total force (N), shared equally by vertices; expressions in `t`.
+    pub force: Option<[Expression; 3]>,
+    /// Boundary facets whose vertices all satisfy this; for a force: vertices.
+    pub r#where: Option<Condition>,
+    /// Boundary facets by their vertices.
+    pub facets: Option<Vec<[usize; 3]>>,
+    /// Boundary facets whose vertices are all listed; for a force: vertices.
+    pub vertices: Option<Vec<usize>>,
+    /// A named set of the mesh file, as vertices or facets.
+    pub group: Option<String>,
+}
+
+/// State at the start; zero where nothing is said.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct InitialSpec {
+    /// Displacement (m).
+    pub displacement: Option<InitialField>,
+    /// Velocity (m/s).
+    pub velocity: Option<InitialField>,
+}
+
+/// Scheme and clock.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct TimeSpec {
+    /// How time is treated.
+    pub scheme: Scheme,
+    /// Time step (s); needed by schemes that step.
+    pub dt: Option<f64>,
+    /// Time of the end (s); needed by schemes that step.
+    pub end: Option<f64>,
+    /// How far each step is solved.
+    pub nonlinear: Nonlinear,
+}
+
+/// How time is treated.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// Equilibrium, no inertia; cuts are done first.
+    #[default]
+    Static,
+    /// The initial state with the cuts applied; nothing is solved.
+    Evaluate,
+    /// First order, damps.
+    BackwardEuler,
+    /// Second order, keeps momenta.
+    Midpoint,
+}
+
+/// How far each implicit step is solved.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Nonlinear {
+    /// To the tolerance of the solver.
+    #[default]
+    Newton,
+    /// One linear solve with the warped stiffness.
+    OneStep,
+}
+
+/// Linear solver and tolerances.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverSpec {
+    /// Direct or iterative.
+    pub kind: SolverName,
+    /// Preconditioner of the iterative solver.
+    pub preconditioner: PreconditionerName,
+    /// Relative residual.
+    pub tolerance: f64,
+    /// Iterations of one linear solve.
+    pub max_iterations: usize,
+}
+
+impl Default for SolverSpec {
+    fn default() -> Self {
+        SolverSpec {
+            kind: SolverName::Auto,
+            preconditioner: PreconditionerName::Auto,
+            tolerance: 1e-8,
+            max_iterations: 2000,
+        }
+    }
+}
+
+/// Direct or iterative.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverName {
+    /// Conjugate gradients.
+    Cg,
+    /// Sparse Cholesky factors.
+    Cholesky,
+    /// By size and scheme.
+    Auto,
+}
+
+/// Preconditioner of conjugate gradients.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum PreconditionerName {
+    /// None.
+    None,
+    /// The diagonal.
+    Jacobi,
+    /// The 3x3 blocks of the diagonal.
+    BlockJacobi,
+    /// Incomplete Cholesky factors in the pattern of the matrix.
+    BlockIc0,
+    /// Left to the engine.
+    Auto,
+}
+
+/// A cut.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct CutSpec {
+    /// When (s).
+    #[serde(default)]
+    pub at: f64,
+    /// How the mesh is made to follow the sweep.
+    #[serde(default)]
+    pub method: MethodName,
+    /// A triangulated surface, relative to the scene.
+    pub sweep: PathBuf,
+    /// Which positions the sweep is in.
+    #[serde(default)]
+    pub frame: Frame,
+    /// Snapping distance as a fraction of the local mean edge.
+    #[serde(default = "default_snap")]
+    pub snap: f64,
+}
+
+fn default_snap() -> f64 {
+    0.2
+}
+
+/// How the mesh is made to follow a sweep.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodName {
+    /// Cells that the sweep crosses are removed.
+    Delete,
+    /// Cells are split along the sweep.
+    Subdivide,
+    /// Vertices are moved onto the sweep.
+    Snap,
+    /// Vertices near the sweep are moved onto it, other cells are split.
+    #[default]
+    Hybrid,
+}
+
+/// Which positions a sweep is given in.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    /// Current positions.
+    #[default]
+    Deformed,
+    /// Rest positions.
+    Rest,
+}
+
+/// A time series at a point.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeSpec {
+    /// Names its columns in `steps.csv`.
+    pub name: String,
+    /// Rest position (m).
+    pub point: [f64; 3],
+}
+
+/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `energy`, `reaction`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct QuantitySpec {
+    /// Names it in `report.json`.
+    pub name: String,
+    /// Mean of "ux", "uy", "uz" over the boundary facets of `where`, by rest area.
+    pub mean: Option<Component>,
+    /// Largest value over the vertices of `where`.
+    pub max: Option<Component>,
+    /// Smallest value over the vertices of `where`.
+    pub min: Option<Component>,
+    /// Value of `component` at a rest position (m).
+    pub point: Option<[f64; 3]>,
+    /// The component for `point` (default "uz").
+    pub component: Option<Component>,
+    /// The elastic energy (J).
+    pub energy: Option<bool>,
+    /// Sum of the reaction forces (N) along an axis over the fixed vertices of `where`.
+    pub reaction: Option<Axis>,
+    /// Where it is taken.
+    pub r#where: Option<Condition>,
+}
+
+/// A component of the displacement.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Component {
+    /// Along x.
+    Ux,
+    /// Along y.
+    Uy,
+    /// Along z.
+    Uz,
+}
+
+/// A coordinate axis.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+/// What is written.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputSpec {
+    /// Time between frames (s); default each step.
+    pub every: Option<f64>,
+    /// Fields of the frames.
+    pub fields: Vec<FieldName>,
+}
+
+impl Default for OutputSpec {
+    fn default() -> Self {
+        OutputSpec {
+            every: None,
+            fields: vec![FieldName::Displacement, FieldName::Velocity],
+        }
+    }
+}
+
+/// A field that frames can hold. Displacement and velocity are always written.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum FieldName {
+    /// Points: displacement (m).
+    Displacement,
+    /// Points: velocity (m/s).
+    Velocity,
+    /// Cells: von Mises stress (Pa).
+    VonMises,
+    /// Cells: radius ratio at rest.
+    Quality,
+    /// Points: derivative of the elastic energy (N).
+    InternalForce,
+    /// Points: lumped mass (kg).
+    Mass,
+    /// Cells: Cauchy stress (Pa), nine components.
+    Stress,
+    /// Cells: strain, nine components.
+    Strain,
+    /// Cells: number of the region, zero for `[material]`.
+    Region,
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// [`EngineError::Scene`] with file, line, key, what is wrong and what is accepted.
+    pub fn read(path: impl AsRef<Path>) -> Result<Scene, EngineError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| EngineError::Scene {
+            place: path.display().to_string(),
+            message: format!("the scene cannot be read: {e}"),
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads and checks the text of a scene; `path` names it in messages, and files are relative to its folder.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn parse(text: &str, path: impl Into<PathBuf>) -> Result<Scene, EngineError> {
+        let source = Source {
+            path: path.into(),
+            text: text.to_owned(),
+        };
+        let mut scene: Scene = toml::from_str(text).map_err(|e| source.toml_error(&e))?;
+        scene.source = source;
+        scene.check()?;
+        Ok(scene)
+    }
+}

@@ -1,0 +1,102 @@
+//! How the values of a scene are read: numbers or expressions, conditions, fields.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+
+use crate::Expression;
+
+impl<'de> Deserialize<'de> for Expression {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NumberVisitor)
+    }
+}
+
+struct NumberVisitor;
+
+impl Visitor<'_> for NumberVisitor {
+    type Value = Expression;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number or an expression in quotes")
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Expression, E> {
+        if value.is_finite() {
+            Ok(Expression::constant(value))
+        } else {
+            Err(E::custom(format!("{value} is not accepted; a finite number is needed")))
+        }
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Expression, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Expression, E> {
+        Expression::number(text).map_err(E::custom)
+    }
+}
+
+/// A condition on rest positions, such as `"x < 1e-6 && abs(y) < 0.5"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition(pub Expression);
+
+impl<'de> Deserialize<'de> for Condition {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Expression::condition(&text).map(Condition).map_err(de::Error::custom)
+    }
+}
+
+/// A vector field at the start: three expressions in `x, y, z`, or a point array of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InitialField {
+    /// One expression a component.
+    Formula([Expression; 3]),
+    /// The array called `array` of the points of `file`, in the order of the mesh file.
+    File {
+        /// The file, relative to the scene.
+        file: PathBuf,
+        /// Name of the array.
+        array: String,
+    },
+}
+
+impl<'de> Deserialize<'de> for InitialField {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(FieldVisitor)
+    }
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileArray {
+    file: PathBuf,
+    array: String,
+}
+
+struct FieldVisitor;
+
+impl<'de> Visitor<'de> for FieldVisitor {
+    type Value = InitialField;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("three numbers or expressions, or { file = \"...\", array = \"...\" }")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<InitialField, A::Error> {
+        let all = Vec::<Expression>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+        let count = all.len();
+        let three = <[Expression; 3]>::try_from(all);
+        three
+            .map(InitialField::Formula)
+            .map_err(|_| de::Error::custom(format!("{count} components are given; 3 are needed")))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<InitialField, A::Error> {
+        let FileArray { file, array } = FileArray::deserialize(de::value::MapAccessDeserializer::new(map))?;
+        Ok(InitialField::File { file, array })
+    }
+}

@@ -1,0 +1,467 @@
+//! A body in motion that can be cut: the frame, readable in one place ([`Simulation::step`]).
+
+use std::time::Instant;
+
+use kerfem_cutting::{CutOptions, Sweep};
+use kerfem_fem::{Assembler, LinearSolver, Material, Model};
+use kerfem_mesh::{MeshChange, Point, TetMesh, VertexId};
+
+use crate::audit::pinched_vertices;
+use crate::choices::{self, Choices};
+use crate::conditions::{FixedDofs, Loads};
+use crate::cutter::Cutter;
+use crate::energies::Energies;
+use crate::equilibrium::{Body, Equilibrium};
+use crate::input::{self, MeshInput};
+use crate::pending::{self, PendingCut};
+use crate::probes::Probes;
+use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
+use crate::{EngineError, Frame, Scene, Scheme, State};
+
+/// How a step went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepInfo {
+    /// Steps done, this one included.
+    pub step: usize,
+    /// Time at its end (s).
+    pub time: f64,
+    /// Its length (s).
+    pub dt: f64,
+    /// Iterations of the linear solver.
+    pub iterations: usize,
+    /// Newton steps.
+    pub newton_steps: usize,
+    /// True residual of the equations, relative to the sum of the norms of the forces in them.
+    pub residual: f64,
+    /// Whether the residual is within the tolerance of the scene, or as small as rounding allows.
+    pub converged: bool,
+    /// Energies at its end.
+    pub energies: Energies,
+    /// Seconds spent on matrices, forces and energies.
+    pub assemble_seconds: f64,
+    /// Seconds spent in the linear solver.
+    pub solve_seconds: f64,
+    /// Seconds spent on cuts before the step.
+    pub cut_seconds: f64,
+}
+
+/// A scene being run: mesh, matrices, state, and everything that must follow a cut.
+#[derive(Debug)]
+pub struct Simulation {
+    pub(crate) scene: Scene,
+    pub(crate) mesh: TetMesh,
+    pub(crate) regions: Vec<u32>,
+    pub(crate) assembler: Assembler,
+    pub(crate) model: Model,
+    pub(crate) fixed: FixedDofs,
+    pub(crate) loads: Loads,
+    pub(crate) probes: Probes,
+    pub(crate) state: State,
+    pub(crate) energies: Energies,
+    pub(crate) equilibrium: Equilibrium,
+    pub(crate) solver: LinearSolver,
+    pub(crate) buffers: Buffers,
+    pub(crate) cutter: Cutter,
+    pub(crate) pending: Vec<PendingCut>,
+    /// Vertices that join cells by a point only in the mesh as read, ascending.
+    pub(crate) pinched: Vec<VertexId>,
+    /// Compares whole-mesh figures before and after each cut; costs work proportional to the mesh.
+    pub(crate) records_figures: bool,
+    pub(crate) verify: Option<VerifyFigures>,
+    pub(crate) cuts: Vec<CutRecord>,
+    pub(crate) choices: Choices,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) seconds: Seconds,
+    pub(crate) solver_figures: SolverFigures,
+}
+
+/// Nodal vectors of a step, kept so that a warm step allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Buffers {
+    /// External load (N) at the time it was last computed for, until a cut.
+    pub(crate) load: Vec<f64>,
+    pub(crate) load_time: Option<f64>,
+    /// Prescribed displacements (m) on fixed dofs.
+    pub(crate) prescribed: Vec<f64>,
+    /// Where inertia alone leads (m).
+    pub(crate) target: Vec<f64>,
+    /// Solution of a step (m).
+    pub(crate) solution: Vec<f64>,
+    pub(crate) scratch: Vec<f64>,
+}
+
+impl Buffers {
+    fn resize(&mut self, dofs: usize) {
+        for field in [
+            &mut self.load,
+            &mut self.prescribed,
+            &mut self.target,
+            &mut self.solution,
+            &mut self.scratch,
+        ] {
+            field.resize(dofs, 0.0);
+        }
+        self.load_time = None;
+    }
+}
+
+impl Simulation {
+    /// Reads the files of a scene, finds what it selects, assembles.
+    ///
+    /// # Errors
+    /// [`EngineError::Scene`] or [`EngineError::Read`] for the first thing that is not accepted.
+    pub fn new(scene: Scene) -> Result<Self, EngineError> {
+        let input = MeshInput::read(&scene.mesh, &scene.source)?;
+        let regions = region_of_cells(&scene, &input)?;
+        let materials = materials(&scene)?;
+        let assembler = Assembler::new(&input.mesh, |c| materials[regions[c.index()] as usize])?;
+        let fixed = FixedDofs::new(&scene, &input)?;
+        let loads = Loads::new(&scene, &input)?;
+        let probes = Probes::new(&scene, &input.mesh)?;
+        let state = initial_state(&scene, &input)?;
+        let pending = pending::read(&scene)?;
+
+        let mut choices = Choices::new();
+        let model = choices::model(&scene, &mut choices);
+        choices::locking(&scene, &mut choices);
+        let unknowns = fixed.mask().iter().filter(|f| !**f).count();
+        let solver = choices::solver(&scene, model, unknowns, &mut choices);
+        let mut simulation = Simulation {
+            regions,
+            equilibrium: Equilibrium::new(&assembler),
+            pinched: pinched_vertices(&input.mesh).collect(),
+            mesh: input.mesh,
+            assembler,
+            model,
+            fixed,
+            loads,
+            probes,
+            state,
+            energies: Energies::default(),
+            solver,
+            buffers: Buffers::default(),
+            cutter: Cutter::default(),
+            warnings: pending.iter().flat_map(|c| c.warnings.clone()).collect(),
+            pending,
+            records_figures: false,
+            verify: None,
+            cuts: Vec::new(),
+            choices,
+            seconds: Seconds::default(),
+            solver_figures: SolverFigures::default(),
+            scene,
+        };
+        simulation.buffers.resize(simulation.state.u.len());
+        if let Some(v) = simulation.pinched.first() {
+            let count = simulation.pinched.len();
+            simulation.warn(format!(
+                "{count} vertices of the mesh join cells by a point only, vertex {} first; a cut that passes one parts them",
+                v.0
+            ));
+        }
+        if let Some(first) = simulation.pending.first() {
+            simulation
+                .cutter
+                .prepare(&simulation.mesh, &simulation.state.u, first.frame);
+        }
+        simulation.measure_energies()?;
+        Ok(simulation)
+    }
+
+    /// One frame: the cuts that are due, then one step of the scene's scheme.
+    ///
+    /// A cut is due before the first step with `t >= at - 1e-9 dt`; statics and "evaluate" do all cuts first. For
+    /// "static" the step is the equilibrium at `t + dt`, for "evaluate" it only moves the clock.
+    ///
+    /// # Errors
+    /// [`EngineError::Stopped`] where the simulation cannot go on; the state is then that of the last finished step.
+    pub fn step(&mut self, dt: f64) -> Result<StepInfo, EngineError> {
+        let cut_seconds = self.cut_what_is_due(dt)?;
+        let solved = match self.scene.time.scheme {
+            Scheme::Evaluate => self.evaluate(dt)?,
+            Scheme::Static => self.find_equilibrium(dt)?,
+            Scheme::BackwardEuler => self.backward_euler(dt)?,
+            Scheme::Midpoint => self.midpoint(dt)?,
+        };
+        self.state.step += 1;
+        self.seconds.assemble += solved.assemble_seconds;
+        self.seconds.solve += solved.solve_seconds;
+        self.note_solve(&solved);
+        Ok(StepInfo {
+            step: self.state.step,
+            time: self.state.time,
+            dt,
+            iterations: solved.iterations,
+            newton_steps: solved.newton_steps,
+            residual: solved.residual,
+            converged: solved.converged,
+            energies: self.energies,
+            assemble_seconds: solved.assemble_seconds,
+            solve_seconds: solved.solve_seconds,
+            cut_seconds,
+        })
+    }
+
+    fn cut_what_is_due(&mut self, dt: f64) -> Result<f64, EngineError> {
+        let clock = Instant::now();
+        let at_once = matches!(self.scene.time.scheme, Scheme::Static | Scheme::Evaluate);
+        let due = |c: &PendingCut, t: f64| at_once || t >= c.at - 1e-9 * dt;
+        let mut seconds = 0.0;
+        while self.pending.first().is_some_and(|c| due(c, self.state.time)) {
+            let cut = self.pending.remove(0);
+            let record = self.cut_in_frame(cut.frame, &cut.sweep, &cut.options)?;
+            seconds += record.seconds.find + record.seconds.remesh + record.seconds.update;
+        }
+        // without figures the clock tells the same as the sum of the parts
+        Ok(if self.records_figures {
+            seconds
+        } else {
+            clock.elapsed().as_secs_f64()
+        })
+    }
+
+    /// Cuts the body by a surface at its current positions.
+    ///
+    /// A refused cut, or one that touches nothing, changes nothing and says so in the record.
+    ///
+    /// # Errors
+    /// [`EngineError::Cut`] for options out of range.
+    pub fn cut(&mut self, sweep: &Sweep, options: &CutOptions) -> Result<CutRecord, EngineError> {
+        self.cut_in_frame(Frame::Deformed, sweep, options)
+    }
+
+    /// [`Self::cut`] with the surface given at current or at rest positions.
+    ///
+    /// # Errors
+    /// As [`Self::cut`].
+    pub fn cut_in_frame(
+        &mut self,
+        frame: Frame,
+        sweep: &Sweep,
+        options: &CutOptions,
+    ) -> Result<CutRecord, EngineError> {
+        let audit = self.audit_before(options.method);
+        let clock = Instant::now();
+        self.cutter.prepare(&self.mesh, &self.state.u, frame);
+        let prepare_seconds = clock.elapsed().as_secs_f64();
+        let outcome = self.cutter.cut(&mut self.mesh, sweep, options)?;
+        let cut_seconds = clock.elapsed().as_secs_f64();
+        let followed = self.follow(&outcome.change)?;
+        let mut record = pending::record(self.state.time, options.method, &outcome);
+        record.seconds.find += prepare_seconds;
+        record.seconds.update = clock.elapsed().as_secs_f64() - cut_seconds;
+        record.rows_updated = followed.rows;
+        record.cells_updated = followed.cells;
+        record.velocity_correction = followed.correction.size;
+        self.seconds.cut += cut_seconds;
+        self.seconds.update += record.seconds.update;
+        for text in outcome.report.warnings.iter().chain(&record.refused) {
+            self.warn(format!("cut at {} s: {text}", self.state.time));
+        }
+        // outside the timed seconds: work proportional to the mesh, as part of every step
+        if !outcome.change.is_empty() {
+            self.measure_energies()?;
+        }
+        self.audit_after(audit, &followed.correction, &mut record)?;
+        self.cuts.push(record.clone());
+        Ok(record)
+    }
+
+    /// Carries a change of the mesh through everything that depends on it, in the order of dependence. The search tree has
+    /// followed already.
+    fn follow(&mut self, change: &MeshChange<4>) -> Result<Followed, EngineError> {
+        let mut followed = Followed::default();
+        followed.correction.complete = true;
+        if change.is_empty() {
+            return Ok(followed);
+        }
+        let old = self.state.apply(&self.mesh, change);
+        self.fixed.follow(&self.mesh, change);
+        self.loads.follow(&self.mesh, change);
+        self.probes.follow(&self.mesh, change);
+        self.regions.resize(self.mesh.cell_slots(), 0);
+        for c in &change.cells_added {
+            self.regions[c.id.index()] = self.regions[c.parent.index()];
+        }
+        let touched = self.assembler.update(&self.mesh, change)?;
+        self.solver.pattern_changed();
+        self.buffers.resize(self.state.u.len());
+        self.equilibrium.mesh_changed(self.state.u.len());
+        followed.rows = touched.rows;
+        followed.cells = touched.cells;
+        let state = &mut self.state;
+        followed.correction = crate::momentum::restore(&self.mesh, &self.assembler, &self.fixed, change, &old, state);
+        Ok(followed)
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// Displacements, velocities and the clock.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Displacement (m), flat, three a vertex slot.
+    pub fn u(&self) -> &[f64] {
+        &self.state.u
+    }
+
+    /// Velocity (m/s), flat, three a vertex slot.
+    pub fn v(&self) -> &[f64] {
+        &self.state.v
+    }
+
+    /// Current positions (m) by vertex slot.
+    pub fn positions(&self) -> Vec<Point> {
+        let moved = self.mesh.rest_positions().iter().zip(self.state.u.as_chunks::<3>().0);
+        moved.map(|(p, u)| p + Point::from(*u)).collect()
+    }
+
+    /// Energies of the present state.
+    pub fn energies(&self) -> Energies {
+        self.energies
+    }
+
+    /// What each "auto" chose and why.
+    pub fn choices(&self) -> &Choices {
+        &self.choices
+    }
+
+    /// What the user should know, so far.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// One line for each `[[fixed]]` and `[[load]]`: how much it acts on now.
+    pub fn selections(&self) -> Vec<String> {
+        let fixed = self.fixed.counts(&self.mesh).into_iter().enumerate();
+        let fixed = fixed.map(|(i, n)| format!("fixed[{i}] holds {n} vertices"));
+        let loads = self.loads.counts(&self.mesh).into_iter().enumerate();
+        fixed
+            .chain(loads.map(|(i, (n, what))| format!("load[{i}] acts on {n} {what}")))
+            .collect()
+    }
+
+    /// Replaces the displacement (m) that the `[[fixed]]` number `index` (from zero) prescribes; false if there is none.
+    pub fn set_fixed(&mut self, index: usize, displacement: [f64; 3]) -> bool {
+        displacement.iter().all(|d| d.is_finite()) && self.fixed.set_displacement(index, displacement)
+    }
+
+    /// Replaces the vector of the `[[load]]` number `index` (from zero): gravity (m/s²), traction (Pa) or total force (N);
+    /// false if there is none, or it is a pressure.
+    pub fn set_load(&mut self, index: usize, vector: [f64; 3]) -> bool {
+        self.buffers.load_time = None;
+        vector.iter().all(|d| d.is_finite()) && self.loads.set_vector(index, vector)
+    }
+
+    /// Lets every cut record volume, quality, pieces and energies before and after (work proportional to the mesh).
+    pub fn record_figures(&mut self, on: bool) {
+        self.records_figures = on;
+    }
+
+    /// Checks every invariant after each cut; see [`Self::verification`].
+    pub fn verify(&mut self, on: bool) {
+        self.verify = on.then(VerifyFigures::default);
+    }
+
+    /// What the checks found, where they were asked for.
+    pub fn verification(&self) -> Option<&VerifyFigures> {
+        self.verify.as_ref()
+    }
+
+    pub(crate) fn body(&self) -> Body<'_> {
+        Body {
+            mesh: &self.mesh,
+            assembler: &self.assembler,
+            model: self.model,
+            mass: self.scene.model.mass,
+        }
+    }
+
+    /// A warning, once.
+    pub(crate) fn warn(&mut self, text: String) {
+        if !self.warnings.contains(&text) {
+            self.warnings.push(text);
+        }
+    }
+
+    /// An error that ends the run, at the present time.
+    pub(crate) fn stopped(&self, reason: impl Into<String>) -> EngineError {
+        EngineError::Stopped {
+            time: self.state.time,
+            reason: reason.into(),
+        }
+    }
+}
+
+/// What [`Simulation::follow`] did.
+#[derive(Clone, Copy, Debug, Default)]
+struct Followed {
+    rows: usize,
+    cells: usize,
+    correction: crate::momentum::Correction,
+}
+
+/// The materials of a scene: that of `[material]`, then one for each region.
+fn materials(scene: &Scene) -> Result<Vec<Material>, EngineError> {
+    let m = &scene.material;
+    let regions = scene.region.iter().map(|r| {
+        let or = |own: Option<f64>, common: f64| own.unwrap_or(common);
+        Material::new(or(r.young, m.young), or(r.poisson, m.poisson), or(r.density, m.density))
+    });
+    let all = std::iter::once(Material::new(m.young, m.poisson, m.density)).chain(regions);
+    Ok(all.collect::<Result<_, _>>()?)
+}
+
+/// Number of the material of each cell: zero, or one more than the index of its region.
+fn region_of_cells(scene: &Scene, input: &MeshInput) -> Result<Vec<u32>, EngineError> {
+    let mut regions = vec![0; input.mesh.cell_slots()];
+    for (i, spec) in scene.region.iter().enumerate() {
+        let fail = |key: &str, message: String| Err(scene.source.error("region", i, key, message));
+        let mut selected = 0;
+        let mut select = |cell: usize| {
+            regions[cell] = i as u32 + 1;
+            selected += 1;
+        };
+        let key = match (&spec.group, &spec.r#where) {
+            (Some(name), _) => {
+                match input.set(name) {
+                    Ok(set) => set.cells.iter().for_each(|c| select(*c)),
+                    Err(message) => return fail("group", message),
+                }
+                "group"
+            }
+            (None, condition) => {
+                for c in input.mesh.cell_ids() {
+                    let centroid = input.mesh.cell_rest_positions(c).iter().sum::<Point>() / 4.0;
+                    if condition.as_ref().is_some_and(|w| w.0.holds(&centroid)) {
+                        select(c.index());
+                    }
+                }
+                "where"
+            }
+        };
+        if selected == 0 {
+            return fail(key, "it selects no cell; a selection must not be empty".into());
+        }
+    }
+    Ok(regions)
+}
+
+fn initial_state(scene: &Scene, input: &MeshInput) -> Result<State, EngineError> {
+    let points = input.mesh.rest_positions();
+    let mut state = State::at_rest(points.len());
+    let fields = [
+        ("displacement", &scene.initial.displacement, &mut state.u),
+        ("velocity", &scene.initial.velocity, &mut state.v),
+    ];
+    for (key, spec, field) in fields {
+        if let Some(spec) = spec {
+            *field = input::initial_values(spec, key, points, &scene.source)?;
+        }
+    }
+    Ok(state)
+}

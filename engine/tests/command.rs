@@ -1,0 +1,159 @@
+//! The command: exit codes and files.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn kerfem(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_kerfem"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+const SCENE: &str = "name = 'beam'\n[mesh]\nbox = { size = [2, 1, 1], cells = [4, 2, 2] }\n[material]\nyoung = 1e5\n\
+    poisson = 0.3\ndensity = 1000\n[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\ngravity = [0, 0, -9.81]\n[time]\n\
+    scheme = 'backward-euler'\ndt = 0.01\nend = 0.055\n[[cut]]\nat = 0.02\nsweep = 'blade.obj'\n[output]\nevery = 0.02\n\
+    fields = ['displacement', 'von_mises', 'quality', 'internal_force', 'mass', 'strain', 'stress', 'region']\n";
+const BLADE: &str = "v 1.07 -5 0.51\nv 1.13 5 0.52\nv 1.11 5 5\nv 1.06 -5 5\nf 1 2 3\nf 1 3 4\n";
+
+fn folder_with(scene: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    std::fs::write(folder.path().join("blade.obj"), BLADE).unwrap();
+    folder
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_run_writes_all_its_files() {
+    let folder = folder_with(SCENE);
+    let output = kerfem(
+        folder.path(),
+        &["run", "scene.toml", "--verify", "--export-system", "--threads", "1"],
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let result = folder.path().join("out/beam");
+    let read = |file: &str| std::fs::read_to_string(result.join(file)).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
+    assert_eq!(report["name"], "beam");
+    assert_eq!(report["threads"], 1);
+    assert_eq!(report["steps"], 6);
+    assert_eq!(report["solver"]["unconverged_steps"], 0);
+    assert_eq!(report["verify"]["invariants"], "ok");
+    assert_eq!(report["cuts"].as_array().unwrap().len(), 1);
+    assert_eq!(report["cuts"][0]["at"], 0.02);
+    assert!(report["cuts"][0]["area_m2"].as_f64().unwrap() > 0.3);
+    let table = read("steps.csv");
+    assert_eq!(table.lines().count(), 7);
+    let last: Vec<&str> = table.lines().last().unwrap().split(',').collect();
+    assert_eq!(last[0], "6");
+    assert!((last[1].parse::<f64>().unwrap() - 0.055).abs() < 1e-15);
+    assert!((last[2].parse::<f64>().unwrap() - 0.005).abs() < 1e-12);
+    let list = read("beam.pvd");
+    assert_eq!(list.matches("<DataSet").count(), 3, "{list}");
+    for step in ["000000", "000002", "000004"] {
+        assert!(result.join(format!("frames/beam_{step}.vtu")).is_file());
+    }
+    let data = kerfem_mesh::io::read_mesh(result.join("final.vtu")).unwrap();
+    for name in ["displacement", "velocity", "vertex_id", "internal_force", "mass"] {
+        assert!(data.point_arrays.contains_key(name), "{name}");
+    }
+    for name in ["von_mises", "quality", "strain", "stress", "region"] {
+        assert!(data.cell_arrays.contains_key(name), "{name}");
+    }
+    let dofs = 3 * data.points.len();
+    for file in ["K.mtx", "K_tangent.mtx", "M.mtx", "M_lumped.mtx"] {
+        let text = read(&format!("system/{file}"));
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("%%MatrixMarket matrix coordinate real general"));
+        let sizes: Vec<usize> = lines.next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+        assert_eq!((sizes[0], sizes[1], sizes[2]), (dofs, dofs, lines.count()), "{file}");
+    }
+    assert_eq!(read("system/f.mtx").lines().count(), dofs + 2);
+}
+
+#[test]
+fn exit_codes_tell_what_happened() {
+    let folder = folder_with(&SCENE.replace("poisson = 0.3", "poisson = 0.5"));
+    let output = kerfem(folder.path(), &["run", "scene.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(stderr(&output).lines().count(), 1);
+    assert!(
+        stderr(&output).starts_with("kerfem: scene.toml:6: material.poisson: poisson = 0.5"),
+        "{}",
+        stderr(&output)
+    );
+
+    let output = kerfem(folder.path(), &["run", "nothing.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = kerfem(folder.path(), &["walk"]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = kerfem(folder.path(), &["--help"]);
+    assert_eq!(output.status.code(), Some(0));
+
+    let free = SCENE
+        .replace("[[fixed]]\nwhere = 'x < 1e-9'\n", "")
+        .replace("backward-euler", "static");
+    let folder = folder_with(&free);
+    let output = kerfem(folder.path(), &["run", "scene.toml"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("piece 1 of 1"), "{}", stderr(&output));
+    let report = std::fs::read_to_string(folder.path().join("out/beam/report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert!(report["stopped"].as_str().unwrap().contains("piece 1 of 1"));
+    assert!(folder.path().join("out/beam/final.vtu").is_file());
+}
+
+#[test]
+fn check_quality_and_cut_print_what_they_find() {
+    let folder = folder_with(SCENE);
+    let output = kerfem(folder.path(), &["check", "scene.toml"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for line in [
+        "vertices 45",
+        "cells 96",
+        "fixed[0] holds 9 vertices",
+        "load[0] acts on 96 cells",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line}: {text}");
+    }
+    assert!(!folder.path().join("out").exists());
+
+    assert_eq!(
+        kerfem(folder.path(), &["run", "scene.toml", "--until", "0", "--quiet"])
+            .status
+            .code(),
+        Some(0)
+    );
+    let mesh = "out/beam/final.vtu";
+    let output = kerfem(folder.path(), &["quality", mesh, "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["cells"], 96);
+    assert!((found["volume_m3"].as_f64().unwrap() - 2.0).abs() < 1e-12);
+
+    let call = [
+        "cut",
+        mesh,
+        "--sweep",
+        "blade.obj",
+        "--method",
+        "subdivide",
+        "-o",
+        "cut.vtu",
+        "--json",
+    ];
+    let output = kerfem(folder.path(), &call);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["cells_added"].as_u64().unwrap() > 0);
+    assert!((found["after"]["volume_m3"].as_f64().unwrap() - 2.0).abs() < 1e-12);
+    assert!(folder.path().join("cut.vtu").is_file());
+    let output = kerfem(folder.path(), &["cut", mesh, "--sweep", "blade.obj", "--snap", "0.9"]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = kerfem(folder.path(), &["quality", "blade.obj"]);
+    assert_eq!(output.status.code(), Some(2));
+}

@@ -1,0 +1,140 @@
+//! Equilibrium.
+
+use super::{box_scene, nodal, simulation};
+
+const CLAMP_AND_PULL: &str = "[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\nwhere = 'x > 3.999'\ntraction = [0, 0, -1]\n\
+    [[quantity]]\nname = 'tip'\nmean = 'uz'\nwhere = 'x > 3.999'\n[[quantity]]\nname = 'held'\nreaction = 'z'\nwhere = 'x < 1e-9'\n";
+
+#[test]
+fn a_cantilever_bends_as_beam_theory_says_in_order_of_magnitude() {
+    let scene = box_scene(
+        [4.0, 1.0, 1.0],
+        [16, 4, 4],
+        &format!("{CLAMP_AND_PULL}[model]\nkind = 'linear'"),
+    );
+    let mut s = simulation(&scene);
+    let info = s.step(0.0).unwrap();
+    assert!(info.converged && info.residual < 1e-8);
+    let tip = s.quantities()["tip"].unwrap();
+    let beam = -4f64.powi(3) / (3.0 * 1e5 / 12.0);
+    assert!(tip / beam > 0.7 && tip / beam < 1.1, "{tip} against {beam}");
+    assert!((s.quantities()["held"].unwrap() - 1.0).abs() < 1e-8);
+    // work of a load that grows from zero
+    assert!((s.energies().elastic + 0.5 * s.energies().potential).abs() < 1e-9 * s.energies().elastic);
+}
+
+#[test]
+fn large_loads_bend_the_corotated_beam_less() {
+    let sections = CLAMP_AND_PULL.replace("-1]", "-800]");
+    let tip = |model: &str| {
+        let scene = box_scene(
+            [4.0, 1.0, 1.0],
+            [8, 2, 2],
+            &format!("{sections}[model]\nkind = '{model}'"),
+        );
+        let mut s = simulation(&scene);
+        let info = s.step(0.0).unwrap();
+        assert!(info.converged, "{info:?}");
+        s.quantities()["tip"].unwrap()
+    };
+    let (linear, corotated) = (tip("linear"), tip("corotated"));
+    assert!(corotated < 0.0 && corotated > linear, "{corotated} {linear}");
+}
+
+#[test]
+fn a_free_piece_with_balanced_loads_is_solved_for_without_rigid_motion() {
+    let pull = "[[load]]\nwhere = 'x > 1.999'\ntraction = [100, 0, 0]\n[[load]]\nwhere = 'x < 1e-9'\ntraction = [-100, 0, 0]\n";
+    for model in ["linear", "corotated"] {
+        let scene = box_scene([2.0, 1.0, 1.0], [4, 2, 2], &format!("{pull}[model]\nkind = '{model}'"));
+        let mut s = simulation(&scene);
+        assert!(s.step(0.0).unwrap().converged);
+        let length = |a: f64, axis: usize| {
+            let on = |v: &kerfem_mesh::VertexId| (s.mesh().rest_position(*v)[axis] - a).abs() < 1e-9;
+            let all: Vec<_> = s.mesh().vertex_ids().filter(on).collect();
+            all.iter().map(|v| nodal(s.u(), v.index())[axis]).sum::<f64>() / all.len() as f64
+        };
+        assert!((length(2.0, 0) - length(0.0, 0) - 2.0 * 100.0 / 1e5).abs() < 1e-8);
+        assert!((length(1.0, 1) - length(0.0, 1) + 0.3 * 100.0 / 1e5).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn a_free_piece_with_other_loads_is_named() {
+    let scene = box_scene(
+        [2.0, 1.0, 1.0],
+        [2, 1, 1],
+        "[[fixed]]\nwhere = 'z < 1e-9'\naxes = 'z'\n[[load]]\ngravity = [0, 1, -10]",
+    );
+    let error = simulation(&scene).step(0.0).unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    assert_eq!(
+        error.to_string(),
+        "stopped at t = 0 s: piece 1 of 1 (12 vertices around (1.000000, 0.500000, 0.500000)) is free to move along y, and \
+         its loads do not balance; hold it with [[fixed]] or use a scheme with inertia"
+    );
+}
+
+#[test]
+fn supports_that_leave_only_sliding_are_enough_for_a_load_across() {
+    let scene = box_scene(
+        [2.0, 1.0, 1.0],
+        [2, 1, 1],
+        "[[fixed]]\nwhere = 'z < 1e-9'\naxes = 'z'\n[[load]]\ngravity = [0, 0, -10]",
+    );
+    let mut s = simulation(&scene);
+    assert!(s.step(0.0).unwrap().converged);
+    let bottom: Vec<_> = s
+        .mesh()
+        .vertex_ids()
+        .filter(|v| s.mesh().rest_position(*v).z < 1e-9)
+        .collect();
+    assert!(bottom.iter().all(|v| s.u()[3 * v.index() + 2] == 0.0));
+}
+
+#[test]
+fn prescribed_displacements_may_be_large() {
+    let turn = "[[fixed]]\nwhere = 'x < 1e-9'\n[[fixed]]\nwhere = 'x > 3.999'\n\
+        displacement = [0, '0.5 + (y - 0.5) * cos(pi/2) - (z - 0.5) * sin(pi/2) - y', '0.5 + (y - 0.5) * sin(pi/2) + (z - 0.5) * cos(pi/2) - z']\n";
+    let mut s = simulation(&box_scene([4.0, 1.0, 1.0], [8, 2, 2], turn));
+    let info = s.step(0.0).unwrap();
+    assert!(info.converged, "{info:?}");
+    assert!(info.energies.elastic > 0.0);
+}
+
+#[test]
+fn an_equilibrium_that_is_not_found_is_said_so() {
+    let scene = box_scene(
+        [4.0, 1.0, 1.0],
+        [8, 2, 2],
+        &format!("{CLAMP_AND_PULL}[model]\nkind = 'linear'\n[solver]\nkind = 'cg'\nmax_iterations = 3"),
+    );
+    let error = simulation(&scene).step(0.0).unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    assert!(
+        error.to_string().contains("no equilibrium was found: residual"),
+        "{error}"
+    );
+}
+
+#[test]
+fn evaluate_finds_no_force_in_a_rigid_rotation() {
+    let turned = "[initial]\ndisplacement = ['-x - z', 0, 'x - z']\n[time]\nscheme = 'evaluate'";
+    let mut s = simulation(&box_scene([2.0, 1.0, 1.0], [2, 2, 2], turned));
+    s.step(0.0).unwrap();
+    assert!(s.energies().elastic < 1e-20);
+    let linear = format!("{turned}\n[model]\nkind = 'linear'");
+    let mut s = simulation(&box_scene([2.0, 1.0, 1.0], [2, 2, 2], &linear));
+    s.step(0.0).unwrap();
+    assert!(s.energies().elastic > 1e4);
+}
+
+#[test]
+fn regions_have_their_own_material() {
+    let scene = box_scene(
+        [2.0, 1.0, 1.0],
+        [2, 1, 1],
+        "[[region]]\nwhere = 'x > 1'\ndensity = 3000",
+    );
+    let s = simulation(&scene);
+    assert!((s.mesh_figures().mass_kg - 4000.0).abs() < 1e-9);
+}
