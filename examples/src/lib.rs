@@ -1,1 +1,0 @@
-//! kerfem examples.

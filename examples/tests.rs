@@ -1,0 +1,38 @@
+//! Every example runs, and its number is right.
+
+#[path = "cut_mesh.rs"]
+mod cut_mesh;
+#[path = "falling_beam.rs"]
+mod falling_beam;
+#[path = "organ.rs"]
+mod organ;
+#[path = "real_time.rs"]
+mod real_time;
+
+#[test]
+fn cut_mesh_keeps_good_cells() {
+    let dir = std::env::temp_dir().join(format!("kerfem-cut-mesh-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    let worst = cut_mesh::run(&dir).unwrap();
+    assert!(worst > 0.05, "{worst}");
+    assert!(dir.join("cut_ball.vtu").is_file());
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn the_loose_piece_falls_as_it_should() {
+    let error = falling_beam::run().unwrap();
+    assert!(error < 1e-6, "{error}");
+}
+
+#[test]
+fn the_incision_gapes() {
+    let gape = organ::run().unwrap();
+    assert!((0.002..0.05).contains(&gape), "{gape}");
+}
+
+#[test]
+fn the_loop_cuts_in_mid_flight() {
+    let replaced = real_time::run().unwrap();
+    assert!((50..1000).contains(&replaced), "{replaced}");
+}
