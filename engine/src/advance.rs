@@ -32,7 +32,9 @@ impl Simulation {
         }
         self.buffers.solution.clone_from(&self.state.u);
         let solved = self.solve(0.0, Some(&fixed))?;
-        if !solved.converged && solved.residual.is_nan() | (solved.residual > self.scene.solver.tolerance.sqrt()) {
+        // what comes close is used, and flagged
+        let close = solved.residual <= self.scene.solver.tolerance.sqrt();
+        if !solved.converged && !close {
             return Err(self.stopped(format!(
                 "no equilibrium was found: residual {:e} after {} Newton steps and {} iterations of the linear solver, {:e} \
                  is wanted",
@@ -104,19 +106,10 @@ impl Simulation {
         let before = self.energies;
         let work = self.work_of_step(2.0);
         let mask = self.fixed.mask();
-        let fields = self
-            .state
-            .u
-            .iter_mut()
-            .zip(&mut self.state.v)
-            .zip(&self.buffers.solution);
-        for ((middle, fixed), (u, v)) in fields
-            .map(|((u, v), m)| (m, (u, v)))
-            .zip(mask)
-            .map(|((m, uv), f)| ((m, f), uv))
-        {
+        for (d, middle) in self.buffers.solution.iter().enumerate() {
+            let (u, v) = (&mut self.state.u[d], &mut self.state.v[d]);
             let half = middle - *u;
-            *v = if *fixed { 2.0 * half / dt } else { 4.0 * half / dt - *v };
+            *v = if mask[d] { 2.0 * half / dt } else { 4.0 * half / dt - *v };
             *u += 2.0 * half;
         }
         self.finish(dt, work, before.kinetic + before.elastic)?;

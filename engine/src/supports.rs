@@ -69,13 +69,7 @@ fn pieces_by_vertices(mesh: &TetMesh) -> Vec<Vec<VertexId>> {
         let mut next = 0;
         while let Some(&v) = members.get(next) {
             next += 1;
-            for &w in mesh
-                .cells_of_vertex(v)
-                .iter()
-                .flat_map(|c| mesh.cell(*c))
-                .collect::<Vec<_>>()
-                .iter()
-            {
+            for w in mesh.cells_of_vertex(v).iter().flat_map(|c| mesh.cell(*c)) {
                 if piece[w.index()] == usize::MAX {
                     piece[w.index()] = pieces.len();
                     members.push(w);

@@ -40,7 +40,7 @@ impl Scene {
         if value.is_finite() && value > 0.0 {
             return Ok(());
         }
-        let message = format!("{value} is not accepted; a finite number greater than 0 is needed");
+        let message = format!("{value:?} is not accepted; a finite number greater than 0 is needed");
         self.fail(section, index, key, message)
     }
 
@@ -50,7 +50,7 @@ impl Scene {
                 section,
                 index,
                 key,
-                format!("{v} is not accepted; finite numbers are needed"),
+                format!("{v:?} is not accepted; finite numbers are needed"),
             ),
             None => Ok(()),
         }
@@ -138,11 +138,11 @@ impl Scene {
         }
         let DampingSpec { mass, stiffness } = *damping;
         if !(mass.is_finite() && mass >= 0.0) {
-            let message = format!("mass = {mass} is not accepted; a finite number from 0 is needed");
+            let message = format!("mass = {mass:?} is not accepted; a finite number from 0 is needed");
             return self.fail("material", 0, "damping", message);
         }
         if stiffness != 0.0 {
-            let message = format!("stiffness = {stiffness} is not available yet; accepted: 0");
+            let message = format!("stiffness = {stiffness:?} is not available yet; accepted: 0");
             return self.fail("material", 0, "damping", message);
         }
         for (i, r) in self.region.iter().enumerate() {
@@ -278,7 +278,7 @@ impl Scene {
         }
         match (t.dt, t.end) {
             (Some(dt), Some(end)) if end / dt > 1e9 => {
-                let message = format!("{dt} s up to end = {end} s is more than 1e9 steps; a larger dt is needed");
+                let message = format!("{dt:?} s up to end = {end:?} s is more than 1e9 steps; a larger dt is needed");
                 self.fail("time", 0, "dt", message)
             }
             _ => Ok(()),
@@ -289,7 +289,7 @@ impl Scene {
         let s = &self.solver;
         if !(s.tolerance > 0.0 && s.tolerance < 1.0) {
             let message = format!(
-                "{} is not accepted; a number greater than 0 and less than 1 is needed",
+                "{:?} is not accepted; a number greater than 0 and less than 1 is needed",
                 s.tolerance
             );
             return self.fail("solver", 0, "tolerance", message);
@@ -308,11 +308,11 @@ impl Scene {
     fn check_cuts(&self) -> Checked {
         for (i, c) in self.cut.iter().enumerate() {
             if !(c.at.is_finite() && c.at >= 0.0) {
-                let message = format!("{} is not accepted; a finite time from 0 is needed", c.at);
+                let message = format!("{:?} is not accepted; a finite time from 0 is needed", c.at);
                 return self.fail("cut", i, "at", message);
             }
             if !(c.snap >= 0.0 && c.snap <= 0.45) {
-                let message = format!("{} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);
+                let message = format!("{:?} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);
                 return self.fail("cut", i, "snap", message);
             }
         }
