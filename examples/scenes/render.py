@@ -2,6 +2,7 @@
 
 Needs pyvista. Colour is von Mises stress; thin lines are cells; bodies are drawn where they are, not at rest.
 """
+import pathlib
 import sys
 
 import numpy as np
@@ -10,7 +11,7 @@ import pyvista as pv
 
 def main(folder, out, frames):
     pv.OFF_SCREEN = True
-    reader = pv.get_reader(next(p for p in __import__("pathlib").Path(folder).glob("*.pvd")))
+    reader = pv.get_reader(next(pathlib.Path(folder).glob("*.pvd")))
     times = reader.time_values
     plot = pv.Plotter(off_screen=True, shape=(1, len(frames)), window_size=(560 * len(frames), 520), border=False)
     for k, frame in enumerate(frames):
@@ -21,10 +22,10 @@ def main(folder, out, frames):
         plot.subplot(0, k)
         limit = float(np.percentile(moved.cell_data["von_mises"], 97))
         plot.add_mesh(moved, scalars="von_mises", clim=(0, limit), cmap="viridis", show_edges=True, line_width=0.5,
-                      scalar_bar_args={"title": "von Mises stress (Pa)", "height": 0.06, "position_y": 0.02})
-        plot.add_text(f"t = {times[min(frame, len(times) - 1)]:.2f} s", font_size=11)
+                      show_scalar_bar=False)
+        plot.add_text(f"t = {times[min(frame, len(times) - 1)]:.2f} s, von Mises stress 0 to {limit:.0f} Pa", font_size=9)
         plot.camera_position = "xz"
-        plot.camera.azimuth, plot.camera.elevation = -35, 25
+        plot.camera.azimuth, plot.camera.elevation = 15, 35
         plot.reset_camera()
         plot.camera.zoom(1.25)
     plot.set_background("white")
