@@ -21,7 +21,7 @@ fn wavy_sheet(n: usize) -> (Vec<Point>, Vec<[usize; 3]>) {
 }
 
 /// Cuts the ball; returns the worst radius ratio afterwards.
-pub fn run(out: &std::path::Path) -> Result<f64, Box<dyn std::error::Error>> {
+pub(crate) fn run(out: &std::path::Path) -> Result<f64, Box<dyn std::error::Error>> {
     let mut mesh = generate::ball_tets([0.0; 3], 1.0, 8)?;
     let positions = mesh.rest_positions().to_vec();
     let boxes = mesh

@@ -4,7 +4,7 @@ use kerfem_engine::{Scene, Simulation};
 use kerfem_mesh::{Point, quality};
 
 /// Runs the scene to its end; returns the error of the fall relative to the closed form of the scheme.
-pub fn run() -> Result<f64, Box<dyn std::error::Error>> {
+pub(crate) fn run() -> Result<f64, Box<dyn std::error::Error>> {
     let scene = Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/beam.toml"))?;
     let mut sim = Simulation::new(scene)?;
     let dt = 0.01;

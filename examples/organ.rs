@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use kerfem_engine::{Scene, Simulation};
 
 /// Runs the scene to 0.8 s; returns the largest distance between the two lips (m).
-pub fn run() -> Result<f64, Box<dyn std::error::Error>> {
+pub(crate) fn run() -> Result<f64, Box<dyn std::error::Error>> {
     let scene = Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/organ.toml"))?;
     let mut sim = Simulation::new(scene)?;
     let vertices = sim.mesh().num_vertices();

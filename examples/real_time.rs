@@ -24,7 +24,7 @@ nonlinear = "one-step"
 "#;
 
 /// Runs forty frames; returns how many cells the cut replaced.
-pub fn run() -> Result<usize, Box<dyn std::error::Error>> {
+pub(crate) fn run() -> Result<usize, Box<dyn std::error::Error>> {
     let mut sim = Simulation::new(Scene::parse(SCENE, "loop.toml")?)?;
     let mut replaced = 0;
     for frame in 0..40 {

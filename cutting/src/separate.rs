@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId};
+use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId, quality};
 
 use crate::sweep::Piece;
 use crate::workspace::Workspace;
@@ -37,20 +37,33 @@ pub(crate) fn open(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Option<L
     Some(double_vertices(ws, &marked, vertices))
 }
 
-/// Facets whose two cells lie on different sides, ascending.
+/// Facets whose two cells lie on different sides, ascending, once no chip comes loose by them.
 fn mark(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
-    let inside = cells_stand_at(ws, piece, snap, mix);
+    let mut stands = cells_stand_at(ws, piece, snap, mix);
+    let marked = mark_between(ws, piece, &stands, mix)?;
+    if !join_chips(ws, snap, &marked, &mut stands) {
+        return Some(marked);
+    }
+    mark_between(ws, piece, &stands, mix)
+}
+
+fn mark_between(
+    ws: &Workspace<'_>,
+    piece: &Piece,
+    stands: &BTreeMap<CellId, Point>,
+    mix: &[f64; 4],
+) -> Option<Vec<FacetSide>> {
     let mut marked = Vec::new();
-    for (&cell, &here) in &inside {
+    for (&cell, &here) in stands {
         for local in 0..4u8 {
             let side = FacetSide { cell, local };
             let Some(other) = ws.mesh().neighbors(cell)[local as usize].some() else {
                 continue;
             };
-            if other < cell && inside.contains_key(&other) {
+            if other < cell && stands.contains_key(&other) {
                 continue;
             }
-            let there = inside
+            let there = stands
                 .get(&other)
                 .copied()
                 .unwrap_or_else(|| stand_in(ws, &ws.mesh().cell(other), mix));
@@ -61,6 +74,82 @@ fn mark(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<
         }
     }
     Some(marked)
+}
+
+/// Lets chips stand with the neighbour behind their largest facet: cells that the cut runs along on all corners and that
+/// would come loose with nothing else, a slice thinner than `d` (between two cuts that nearly coincide, say). Whether there
+/// are any.
+fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut BTreeMap<CellId, Point>) -> bool {
+    let along = |c: &CellId| ws.mesh().cell(*c).iter().all(|v| ws.on.contains(v));
+    let cells: Vec<CellId> = stands.keys().copied().filter(along).collect();
+    let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
+    let (group, count) = ws
+        .mesh()
+        .pieces_among(&cells, |s| !closed.contains(&ws.mesh().facet_key(s)));
+    let mut groups = vec![
+        Loose {
+            reach: f64::INFINITY,
+            ..Loose::default()
+        };
+        count
+    ];
+    for (&cell, &g) in cells.iter().zip(&group) {
+        let own = &mut groups[g];
+        own.volume += quality::tet_volume(&ws.cell_positions(cell));
+        own.reach = ws
+            .mesh()
+            .cell(cell)
+            .iter()
+            .map(|&v| ws.reach(v, snap))
+            .fold(own.reach, f64::min);
+        for local in 0..4u8 {
+            let side = FacetSide { cell, local };
+            let other = ws.mesh().neighbors(cell)[local as usize].some();
+            let open = other.is_some() && !closed.contains(&ws.mesh().facet_key(side));
+            if open {
+                own.held |= other.is_some_and(|n| cells.binary_search(&n).is_err());
+                continue;
+            }
+            let area = facet_area(ws, side);
+            own.surface += area;
+            if area > own.largest
+                && let Some(stand) = other.and_then(|n| stands.get(&n))
+            {
+                (own.largest, own.stand) = (area, Some(*stand));
+            }
+        }
+    }
+    let mut any = false;
+    for (&cell, &g) in cells.iter().zip(&group) {
+        let own = &groups[g];
+        // a slice of thickness t has the volume t times half its surface
+        let is_chip = !own.held && 2.0 * own.volume < own.reach * own.surface;
+        if let (true, Some(stand)) = (is_chip, own.stand) {
+            stands.insert(cell, stand);
+            any = true;
+        }
+    }
+    any
+}
+
+/// Cells that the marks leave together.
+#[derive(Clone, Default)]
+struct Loose {
+    volume: f64,
+    /// Area that is marked or boundary.
+    surface: f64,
+    /// Least `d` at a corner.
+    reach: f64,
+    /// Connected to other cells.
+    held: bool,
+    /// Area of the largest marked facet, and where the cell behind it stands.
+    largest: f64,
+    stand: Option<Point>,
+}
+
+fn facet_area(ws: &Workspace<'_>, side: FacetSide) -> f64 {
+    let p = ws.mesh().facet_corners(side).map(|v| ws.position(v));
+    (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0
 }
 
 /// Where each cell near the sweep stands. A cell that the cut runs along on all corners and whose middle is too close to the
@@ -96,11 +185,7 @@ fn largest_neighbor(ws: &Workspace<'_>, c: CellId, stands: &BTreeMap<CellId, Poi
     (0..4u8)
         .filter_map(|local| {
             let stand = *stands.get(&ws.mesh().neighbors(c)[local as usize].some()?)?;
-            let p = ws
-                .mesh()
-                .facet_corners(FacetSide { cell: c, local })
-                .map(|v| ws.position(v));
-            Some(((p[1] - p[0]).cross(&(p[2] - p[0])).norm(), stand))
+            Some((facet_area(ws, FacetSide { cell: c, local }), stand))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, stand)| stand)
