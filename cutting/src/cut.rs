@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use kerfem_mesh::{BoxTree, CellId, FacetSide, MeshChange, Point, TetMesh, VertexId, predicates::orient3d};
+use kerfem_mesh::{
+    BoxTree, CellId, FacetLabel, FacetSide, MeshChange, Point, TetMesh, VertexId, predicates::orient3d, quality,
+};
 
 use crate::separate::Lip;
 use crate::sheet::Rule;
@@ -91,7 +93,8 @@ impl Method {
 pub struct CutOptions {
     /// How the mesh follows the sweep.
     pub method: Method,
-    /// Threshold `d` as a fraction of the local mean edge (S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
+    /// Threshold `d` as a fraction of the local size of the mesh
+    /// ([`TetMesh::local_size`], the mean rest edge before any cut; S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
     pub snap: f64,
 }
 
@@ -102,6 +105,24 @@ impl Default for CutOptions {
             snap: 0.2,
         }
     }
+}
+
+/// What moving a vertex onto the sweep must not shift: borders between materials, and between parts of a flat boundary that
+/// carry different conditions.
+#[derive(Clone, Copy)]
+pub struct Borders<'a> {
+    /// Material of a cell of the mesh before the cut; cells of one material have one number.
+    pub cell_group: &'a dyn Fn(CellId) -> u64,
+    /// Conditions on a facet of the original boundary, by its label and its vertices; alike facets have one number.
+    pub facet_group: &'a dyn Fn(FacetLabel, [VertexId; 3]) -> u64,
+}
+
+impl Borders<'_> {
+    /// One material, the same conditions everywhere.
+    pub const NONE: Borders<'static> = Borders {
+        cell_group: &|_| 0,
+        facet_group: &|_, _| 0,
+    };
 }
 
 /// What a cut did beyond the [`MeshChange`].
@@ -151,6 +172,22 @@ pub fn cut(
     sweep: &Sweep,
     options: &CutOptions,
 ) -> Result<CutOutcome, CutError> {
+    cut_within(mesh, tree, positions, sweep, options, Borders::NONE)
+}
+
+/// [`cut`] for a body of several materials or with conditions on parts of a flat face: no vertex moves that would shift a
+/// border between them, so mass and loads stay what they were.
+///
+/// # Errors
+/// As [`cut`].
+pub fn cut_within(
+    mesh: &mut TetMesh,
+    tree: &BoxTree,
+    positions: &[Point],
+    sweep: &Sweep,
+    options: &CutOptions,
+    borders: Borders<'_>,
+) -> Result<CutOutcome, CutError> {
     if !(0.0..=0.45).contains(&options.snap) {
         return Err(CutError::BadSnap { value: options.snap });
     }
@@ -161,7 +198,7 @@ pub fn cut(
         });
     }
     let mut report = CutReport::default();
-    let mut ws = Workspace::new(mesh, positions);
+    let mut ws = Workspace::new(mesh, positions, borders);
     for piece in sweep.pieces() {
         if let Err(refusal) = cut_by_piece(&mut ws, tree, piece, sweep, options, &mut report) {
             let refused = vec![refusal];
@@ -169,6 +206,7 @@ pub fn cut(
                 report: CutReport {
                     refused,
                     area: 0.0,
+                    max_distance_to_sweep: 0.0,
                     ..report
                 },
                 ..CutOutcome::default()
@@ -232,9 +270,9 @@ fn pass(
     let save = ws.savepoint();
     let lip = match options.method {
         Method::Delete => {
-            delete::remove_crossed(ws, piece);
+            let left = delete::remove_crossed(ws, piece);
             // what is left may hang together by edges and vertices only
-            separate::open_pinched(ws);
+            separate::open_pinched(ws, left);
             return Ok(false);
         }
         Method::Subdivide => decompose(ws, piece, 0.0)?,
@@ -267,7 +305,8 @@ fn separate(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Result<Lip, Ref
 }
 
 fn is_positive(p: &[Point; 4]) -> bool {
-    orient3d(p[0], p[1], p[2], p[3]) > 0.0
+    // exactly, and as the volume that mechanics will compute
+    orient3d(p[0], p[1], p[2], p[3]) > 0.0 && quality::tet_volume(p) > 0.0
 }
 
 fn check_new_cells(ws: &Workspace<'_>) -> Result<(), Refusal> {

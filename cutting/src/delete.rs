@@ -1,18 +1,22 @@
 //! Baseline B1: the cells that the sweep touches are removed.
 
+use std::collections::BTreeSet;
+
 use kerfem_mesh::{CellId, VertexId};
 
 use crate::sweep::Piece;
 use crate::workspace::Workspace;
 
-/// Removes every cell that the piece crosses, then the vertices that are left without a cell.
-pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) {
+/// Removes every cell that the piece crosses, then the vertices that are left without a cell. Returns the corners that are
+/// left.
+pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) -> BTreeSet<VertexId> {
     let crossed: Vec<CellId> = ws
         .region
         .iter()
         .copied()
         .filter(|&c| is_crossed(ws, piece, c))
         .collect();
+    let mut left = BTreeSet::new();
     for &c in &crossed {
         let corners: [VertexId; 4] = ws.mesh().cell(c);
         ws.take_out(c);
@@ -20,9 +24,13 @@ pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) {
         for v in corners {
             if ws.mesh().cells_of_vertex(v).is_empty() {
                 ws.edit.remove_vertex(v, None);
+                left.remove(&v);
+            } else {
+                left.insert(v);
             }
         }
     }
+    left
 }
 
 /// Whether the piece crosses an edge of the cell or its border pierces a facet.

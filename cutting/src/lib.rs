@@ -25,5 +25,5 @@ mod split;
 mod sweep;
 mod workspace;
 
-pub use cut::{CutError, CutOptions, CutOutcome, CutReport, Method, Refusal, cut};
+pub use cut::{Borders, CutError, CutOptions, CutOutcome, CutReport, Method, Refusal, cut, cut_within};
 pub use sweep::Sweep;

@@ -28,26 +28,24 @@ pub(crate) fn find(ws: &mut Workspace<'_>, tree: &BoxTree, piece: &Piece) -> usi
             region.insert(c);
         }
     }
-    let overlaps: Vec<TriangleBox> = piece.triangles().iter().map(TriangleBox::new).collect();
-    if overlaps.len() <= 64 {
-        region.retain(|&c| {
-            let b = Aabb::around(ws.cell_positions(c));
-            overlaps.iter().any(|t| t.overlaps(&b))
-        });
-    }
+    region.extend(ws.cells_of_changed());
+    region.retain(|&c| {
+        let b = Aabb::around(ws.cell_positions(c));
+        piece.reaches(&b)
+    });
     ws.region = region;
     nodes
 }
 
 /// Whether a box meets a triangle: never wrongly "no" (its box and its plane are tried, not its edges).
-struct TriangleBox {
+pub(crate) struct TriangleBox {
     aabb: Aabb,
     normal: Point,
     through: Point,
 }
 
 impl TriangleBox {
-    fn new(t: &[Point; 3]) -> Self {
+    pub(crate) fn new(t: &[Point; 3]) -> Self {
         let normal = (t[1] - t[0]).cross(&(t[2] - t[0]));
         TriangleBox {
             aabb: Aabb::around(*t),
@@ -56,7 +54,7 @@ impl TriangleBox {
         }
     }
 
-    fn overlaps(&self, b: &Aabb) -> bool {
+    pub(crate) fn overlaps(&self, b: &Aabb) -> bool {
         let center = (b.min + b.max) / 2.0;
         let half = (b.max - b.min) / 2.0;
         let reach = half.dot(&self.normal.abs());

@@ -24,7 +24,7 @@ const MIXES: [[f64; 4]; 6] = [
     [0.2903, 0.2677, 0.2273, 0.2147],
 ];
 
-/// How far the point that stands for a cell is drawn from its free corners towards its middle.
+/// How far the point that stands for a cell is drawn from a free corner towards its middle.
 const INWARD: f64 = 0.1;
 
 /// Of `d`: how close to the sweep the middle of a cell must be for its side to be undecided.
@@ -112,8 +112,11 @@ fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut 
             }
             let area = facet_area(ws, side);
             own.surface += area;
+            // not where another chip stands: the two would change places
             if area > own.largest
-                && let Some(stand) = other.and_then(|n| stands.get(&n))
+                && let Some(stand) = other
+                    .filter(|n| cells.binary_search(n).is_err())
+                    .and_then(|n| stands.get(&n))
             {
                 (own.largest, own.stand) = (area, Some(*stand));
             }
@@ -191,27 +194,24 @@ fn largest_neighbor(ws: &Workspace<'_>, c: CellId, stands: &BTreeMap<CellId, Poi
         .map(|(_, stand)| stand)
 }
 
-/// A point that stands for a simplex: near the corners that the cut does not go through, drawn a little inwards.
+/// A point that stands for a simplex: at a corner that the cut does not go through, drawn a little inwards. (All such corners
+/// lie on one side where the sweep is resolved; in the middle there may be a sweep too small to meet any edge.)
 fn stand_in(ws: &Workspace<'_>, corners: &[VertexId], mix: &[f64; 4]) -> Point {
     let mut places: Vec<(Point, bool)> = corners.iter().map(|&v| (ws.position(v), !ws.on.contains(&v))).collect();
     places.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
-    let mean = |chosen: &dyn Fn(bool) -> bool| {
-        let (sum, total) = places
-            .iter()
-            .zip(mix)
-            .filter(|((_, free), _)| chosen(*free))
-            .fold((Point::zeros(), 0.0), |(sum, total), ((p, _), w)| {
-                (sum + p * *w, total + w)
-            });
-        (total > 0.0).then(|| sum / total)
-    };
-    let middle = mean(&|_| true).unwrap_or_default();
-    mean(&|free| free).map_or(middle, |corner| corner * (1.0 - INWARD) + middle * INWARD)
+    let (sum, total) = places
+        .iter()
+        .zip(mix)
+        .fold((Point::zeros(), 0.0), |(sum, total), ((p, _), w)| {
+            (sum + p * *w, total + w)
+        });
+    let middle = sum / total;
+    let free = places.iter().find(|(_, free)| *free);
+    free.map_or(middle, |(corner, _)| corner * (1.0 - INWARD) + middle * INWARD)
 }
 
-/// Gives every vertex near the sweep whose link has fallen apart one copy for each part (Y4, F14).
-pub(crate) fn open_pinched(ws: &mut Workspace<'_>) {
-    let vertices = ws.region_vertices().into_iter().collect();
+/// Gives each of these vertices whose link has fallen apart one copy for each part (Y4, F14).
+pub(crate) fn open_pinched(ws: &mut Workspace<'_>, vertices: BTreeSet<VertexId>) {
     double_vertices(ws, &[], vertices);
 }
 

@@ -44,6 +44,9 @@ pub(crate) fn move_on_boundary(ws: &mut Workspace<'_>, v: VertexId, parents: &[(
 }
 
 fn try_move(ws: &mut Workspace<'_>, v: VertexId, target: Point, parents: &[(VertexId, f64)], star: &[CellId]) -> bool {
+    if !ws.may_move(v) {
+        return false;
+    }
     let save = ws.savepoint_of(v);
     let before = ws.worst_quality(star);
     ws.put_vertex(v, target, parents);
@@ -52,6 +55,7 @@ fn try_move(ws: &mut Workspace<'_>, v: VertexId, target: Point, parents: &[(Vert
         [rest, now].iter().all(|p| orient3d(p[0], p[1], p[2], p[3]) > 0.0)
     });
     if positive && ws.worst_quality(star) >= before.min(QUALITY_FLOOR) {
+        ws.region.extend(star.iter().copied());
         return true;
     }
     ws.restore_vertex(v, save);

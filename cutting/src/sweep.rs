@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use kerfem_mesh::{Aabb, BoxTree, Point, predicates::orient3d};
 
 use crate::CutError;
+use crate::region::TriangleBox;
 
 /// Sine of the angle between a line and a plane below which the place where they meet is ill-determined: the line counts
 /// as lying in the plane.
@@ -176,6 +177,14 @@ impl Piece {
 
     pub(crate) fn triangles(&self) -> &[[Point; 3]] {
         &self.triangles
+    }
+
+    /// Whether a triangle may meet the box (its own box and its plane are tried).
+    pub(crate) fn reaches(&self, b: &Aabb) -> bool {
+        let mut any = false;
+        self.tree
+            .query(b, |k| any |= TriangleBox::new(&self.triangles[k as usize]).overlaps(b));
+        any
     }
 
     /// The point of the surface nearest to `p`.

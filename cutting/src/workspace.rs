@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use crate::Borders;
 use kerfem_mesh::{CellId, Edit, FacetLabel, Mark, Point, TetMesh, VertexId, Weights, quality};
 
 /// Fraction of the local mean edge within which two places are one.
@@ -17,19 +18,21 @@ pub(crate) struct Workspace<'a> {
     /// Those of them that lie on the sweep; the others are within `d` of it and could not be moved there.
     pub(crate) exact: BTreeSet<VertexId>,
     positions: &'a [Point],
+    borders: Borders<'a>,
     changed: HashMap<VertexId, Point>,
     descendants: HashMap<CellId, Vec<CellId>>,
 }
 
 impl<'a> Workspace<'a> {
     /// Begins a cut; `positions` in the cutting frame, one for each vertex slot.
-    pub(crate) fn new(mesh: &'a mut TetMesh, positions: &'a [Point]) -> Self {
+    pub(crate) fn new(mesh: &'a mut TetMesh, positions: &'a [Point], borders: Borders<'a>) -> Self {
         Workspace {
             edit: Edit::new(mesh),
             region: BTreeSet::new(),
             on: BTreeSet::new(),
             exact: BTreeSet::new(),
             positions,
+            borders,
             changed: HashMap::new(),
             descendants: HashMap::new(),
         }
@@ -147,8 +150,6 @@ impl<'a> Workspace<'a> {
         let rest = combine(parents, |w| self.mesh().rest_position(w));
         self.edit.move_vertex(v, rest, &weights(parents));
         self.changed.insert(v, position);
-        let star = self.mesh().cells_of_vertex(v).to_vec();
-        self.region.extend(star);
     }
 
     /// State to return to when a move of `v` turns out badly.
@@ -163,6 +164,43 @@ impl<'a> Workspace<'a> {
             Some(p) => self.changed.insert(v, p),
             None => self.changed.remove(&v),
         };
+    }
+
+    /// Whether a vertex may move without shifting a border between materials, or between different conditions on one plane
+    /// of the boundary.
+    pub(crate) fn may_move(&self, v: VertexId) -> bool {
+        let group = |c: &CellId| (self.borders.cell_group)(self.edit.ancestor(*c));
+        let mut groups = self.mesh().cells_of_vertex(v).iter().map(group);
+        let first = groups.next();
+        if groups.any(|g| Some(g) != first) {
+            return false;
+        }
+        let facets: Vec<(u64, Point)> = self
+            .mesh()
+            .boundary_facets_of_vertex(v)
+            .map(|side| {
+                let label = self.mesh().facet_labels(side.cell)[side.local as usize];
+                let original = label.some().map(|k| self.mesh().original_facets()[k]);
+                let p = self.mesh().facet_corners(side).map(|u| self.mesh().rest_position(u));
+                let normal = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
+                (
+                    original.map_or(0, |corners| (self.borders.facet_group)(label, corners)),
+                    normal,
+                )
+            })
+            .collect();
+        let differ = |a: &(u64, Point), b: &(u64, Point)| a.0 != b.0 && a.1.dot(&b.1) > 1.0 - 1e-9;
+        !facets
+            .iter()
+            .enumerate()
+            .any(|(i, a)| facets[..i].iter().any(|b| differ(a, b)))
+    }
+
+    /// Cells around new and moved vertices: they may have outgrown the boxes of before the cut.
+    pub(crate) fn cells_of_changed(&self) -> BTreeSet<CellId> {
+        let live = self.changed.keys().filter(|v| self.mesh().has_vertex(**v));
+        live.flat_map(|&v| self.mesh().cells_of_vertex(v).iter().copied())
+            .collect()
     }
 
     /// Worst radius ratio of some cells, at rest and in the cutting frame.

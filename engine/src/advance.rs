@@ -55,7 +55,7 @@ impl Simulation {
             return Ok(());
         }
         let unbalanced = self.equilibrium.unbalanced();
-        let size = dot(&self.buffers.load, &self.buffers.load).sqrt();
+        let size = self.equilibrium.force_scale();
         let held = pieces.iter().flat_map(|p| &p.held);
         let reaction = held.map(|&d| unbalanced[d].abs()).fold(0.0, f64::max);
         if reaction > 1e-6 * size {

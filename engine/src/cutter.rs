@@ -1,6 +1,6 @@
 //! Cuts the mesh and keeps the search tree true: the only place of the engine that calls the cutting crate.
 
-use kerfem_cutting::{CutOptions, CutOutcome, Sweep};
+use kerfem_cutting::{Borders, CutOptions, CutOutcome, Sweep};
 use kerfem_mesh::{Aabb, BoxTree, CellId, Point, TetMesh};
 
 use crate::{EngineError, Frame};
@@ -46,11 +46,12 @@ impl Cutter {
         mesh: &mut TetMesh,
         sweep: &Sweep,
         options: &CutOptions,
+        borders: Borders<'_>,
     ) -> Result<CutOutcome, EngineError> {
         let Some(tree) = &mut self.tree else {
             return Ok(CutOutcome::default());
         };
-        let mut outcome = kerfem_cutting::cut(mesh, tree, &self.positions, sweep, options)?;
+        let mut outcome = kerfem_cutting::cut_within(mesh, tree, &self.positions, sweep, options, borders)?;
         let change = &outcome.change;
         self.positions.resize(mesh.vertex_slots(), Point::zeros());
         for (v, position) in &outcome.positions {

@@ -77,6 +77,8 @@ pub(crate) struct Equilibrium {
     du: Vec<f64>,
     trial: Vec<f64>,
     offset: Vec<f64>,
+    /// See [`Self::force_scale`].
+    scale: f64,
 }
 
 impl Equilibrium {
@@ -90,6 +92,7 @@ impl Equilibrium {
             du: Vec::new(),
             trial: Vec::new(),
             offset: Vec::new(),
+            scale: 0.0,
         };
         own.mesh_changed(3 * assembler.lumped_mass().len());
         own
@@ -113,6 +116,11 @@ impl Equilibrium {
     /// The operator of the last linear solve, if there was one since the mesh changed.
     pub(crate) fn matrix(&self) -> Option<&BlockMatrix> {
         self.matrix_is_for.map(|_| &self.matrix)
+    }
+
+    /// Size (N) of the forces that were balanced last: internal, inertial and loads.
+    pub(crate) fn force_scale(&self) -> f64 {
+        self.scale
     }
 
     /// Forces (N) that do not balance after the last solve, `load - internal - inertial`: on prescribed dofs minus the
@@ -232,7 +240,8 @@ impl Equilibrium {
         for (r, ((internal, inertial), load)) in self.residual.iter_mut().zip(terms) {
             *r = load - internal - inertial;
         }
-        norm(&self.internal) + norm(&self.inertial) + norm(goal.load)
+        self.scale = norm(&self.internal) + norm(&self.inertial) + norm(goal.load);
+        self.scale
     }
 
     /// `inertial := inertia M (u - target)`, by way of `offset := u - target`.
@@ -253,7 +262,7 @@ impl Equilibrium {
         let before = std::mem::replace(&mut done.residual, if scale > 0.0 { size / scale } else { size });
         let within = done.residual <= goal.tolerance;
         // what rounding allows is costly to tell and of interest only where the residual no longer falls
-        let stalls = done.newton_steps == 0 || done.residual > 0.1 * before;
+        let stalls = done.newton_steps > 0 && done.residual > 0.1 * before;
         done.limited_by_rounding = !within && stalls && size <= self.rounding(goal, u, mesh);
         done.converged = within || done.limited_by_rounding;
         done.converged

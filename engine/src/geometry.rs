@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use kerfem_cutting::{CutOptions, Sweep};
+use kerfem_cutting::{Borders, CutOptions, Sweep};
 use kerfem_mesh::{TetMesh, io, quality};
 use serde::Serialize;
 
@@ -81,7 +81,7 @@ pub fn cut_at_rest(mesh: &mut TetMesh, sweep: &Path, options: &CutOptions) -> Re
     let before = GeometryFigures::of(mesh);
     let mut cutter = Cutter::default();
     cutter.prepare(mesh, &[], Frame::Rest);
-    let outcome = cutter.cut(mesh, &sweep, options)?;
+    let outcome = cutter.cut(mesh, &sweep, options, Borders::NONE)?;
     warnings.extend(outcome.report.warnings.iter().cloned());
     let record = pending::record(0.0, options.method, &outcome);
     Ok(GeometryCut {

@@ -5,7 +5,7 @@
 //! velocity field is sampled anew. [`restore`] gives back what was lost by the smallest change of velocities in the norm of
 //! the lumped mass, piece by piece.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kerfem_fem::Assembler;
 use kerfem_mesh::{CellId, MeshChange, Point, TetMesh, VertexId, quality::tet_volume};
@@ -193,7 +193,9 @@ impl Touched {
             .collect();
 
         let mut before = Vector6::zeros();
-        for (id, sample) in &removed {
+        // of a cell that is gone without heirs, the momentum is gone too
+        let heirs: BTreeSet<CellId> = self.parents.values().copied().collect();
+        for (id, sample) in removed.iter().filter(|(id, _)| heirs.contains(id)) {
             before += sample.momentum(assembler.material(*id).density(), center);
         }
         let mut lacking = vec![Vector6::zeros(); self.pieces];

@@ -142,6 +142,15 @@ fn advance(
         }
     };
     frames.write_list()?;
+    if result.is_ok() && ending == Ending::Done {
+        let late: Vec<f64> = simulation.pending.iter().map(|c| c.at).collect();
+        for at in late {
+            simulation.warn(format!(
+                "the cut at {at} s was not made: the run ended at {} s",
+                simulation.state.time
+            ));
+        }
+    }
     result.map(|()| ending)
 }
 

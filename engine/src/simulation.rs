@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use kerfem_cutting::{CutOptions, Sweep};
+use kerfem_cutting::{Borders, CutOptions, Sweep};
 use kerfem_fem::{Assembler, LinearSolver, Material, Model};
 use kerfem_mesh::{MeshChange, Point, TetMesh, VertexId};
 
@@ -114,7 +114,8 @@ impl Simulation {
         let input = MeshInput::read(&scene.mesh, &scene.source)?;
         let regions = region_of_cells(&scene, &input)?;
         let materials = materials(&scene)?;
-        let assembler = Assembler::new(&input.mesh, |c| materials[regions[c.index()] as usize])?;
+        let assembler = Assembler::new(&input.mesh, |c| materials[regions[c.index()] as usize])
+            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
         let fixed = FixedDofs::new(&scene, &input)?;
         let loads = Loads::new(&scene, &input)?;
         let probes = Probes::new(&scene, &input.mesh)?;
@@ -244,7 +245,12 @@ impl Simulation {
         let clock = Instant::now();
         self.cutter.prepare(&self.mesh, &self.state.u, frame);
         let prepare_seconds = clock.elapsed().as_secs_f64();
-        let outcome = self.cutter.cut(&mut self.mesh, sweep, options)?;
+        let (regions, loads, fixed) = (&self.regions, &self.loads, &self.fixed);
+        let borders = Borders {
+            cell_group: &|c| u64::from(regions[c.index()]),
+            facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
+        };
+        let outcome = self.cutter.cut(&mut self.mesh, sweep, options, borders)?;
         let cut_seconds = clock.elapsed().as_secs_f64();
         let followed = self.follow(&outcome.change)?;
         let mut record = pending::record(self.state.time, options.method, &outcome);

@@ -101,6 +101,11 @@ impl<const N: usize> MeshChange<N> {
             self.vertices_added.iter().enumerate().map(|(i, v)| (v.id, i)).collect();
         let moved_before: HashMap<VertexId, usize> =
             self.vertices_moved.iter().enumerate().map(|(i, v)| (v.id, i)).collect();
+        let old_places: HashMap<VertexId, Point> = self
+            .vertices_moved
+            .iter()
+            .map(|v| (v.id, v.old_rest_position))
+            .collect();
 
         let mut out = self;
         for v in later.vertices_added {
@@ -138,8 +143,8 @@ impl<const N: usize> MeshChange<N> {
                 // corners of a cell that outlived the first change are old vertices; their old places may differ
                 let mut c = c;
                 for k in 0..N {
-                    if let Some(&i) = moved_before.get(&c.corners[k]) {
-                        c.rest_positions[k] = out.vertices_moved[i].old_rest_position;
+                    if let Some(place) = old_places.get(&c.corners[k]) {
+                        c.rest_positions[k] = *place;
                     }
                 }
                 out.cells_removed.push(c);

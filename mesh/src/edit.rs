@@ -353,6 +353,39 @@ mod tests {
     }
 
     #[test]
+    fn composing_a_move_with_a_removal_keeps_the_old_places() {
+        let mut mesh = generate::box_tets([1.0, 1.0, 1.0], [1, 1, 1], [0.0; 3]);
+        let (moved, also) = (VertexId(1), VertexId(2));
+        let mut edit = Edit::new(&mut mesh);
+        edit.move_vertex(
+            moved,
+            Point::new(0.9, 0.0, 0.0),
+            &vec![(VertexId(0), 0.1), (moved, 0.9)],
+        );
+        edit.move_vertex(also, Point::new(0.0, 0.8, 0.0), &vec![(VertexId(0), 0.2), (also, 0.8)]);
+        let first = edit.commit();
+        let mut edit = Edit::new(&mut mesh);
+        for c in edit.mesh().cells_of_vertex(moved).to_vec() {
+            edit.remove_cell(c);
+        }
+        edit.remove_vertex(moved, None);
+        for c in edit.mesh().cells_of_vertex(also).to_vec() {
+            edit.remove_cell(c);
+        }
+        let both = first.then(edit.commit());
+        assert_eq!(both.vertices_moved.len(), 1);
+        let places = |v: VertexId| {
+            let at = both
+                .cells_removed
+                .iter()
+                .find_map(|c| Some(c.rest_positions[c.corners.iter().position(|w| *w == v)?]));
+            at.unwrap()
+        };
+        assert_eq!(places(moved), Point::new(1.0, 0.0, 0.0));
+        assert_eq!(places(also), Point::new(0.0, 1.0, 0.0));
+    }
+
+    #[test]
     fn composed_changes_equal_one_edit() {
         let start = generate::box_tets([1.0, 1.0, 1.0], [1, 1, 1], [0.0; 3]);
         let mut two = start.clone();

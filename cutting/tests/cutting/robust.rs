@@ -396,3 +396,78 @@ fn bad_input_is_one_clear_error() {
     let short = cut(&mut mesh, &tree, &positions[1..], &plane_z(0.5), &CutOptions::default());
     assert!(matches!(short, Err(CutError::BadPositions { .. })));
 }
+
+#[test]
+fn a_closed_sweep_inside_one_cell_frees_nothing() {
+    let before = unit_box(2);
+    for radius in [0.001, 0.01, 0.03, 0.05] {
+        let c = before.cell_rest_positions(kerfem_mesh::CellId(3)).iter().sum::<Point>() / 4.0;
+        let sphere = surface(12, |s, t| {
+            let (a, b) = (std::f64::consts::TAU * s, std::f64::consts::PI * t);
+            c + Point::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos()) * radius
+        });
+        let (mesh, outcome) = cut_checked(&before, &sphere, Method::Hybrid);
+        assert!(mesh == before && outcome.change.is_empty(), "radius {radius}");
+    }
+}
+
+#[test]
+fn snapping_shifts_no_border_between_materials_or_loads() {
+    let before = unit_box(4);
+    let positions = before.rest_positions().to_vec();
+    let tree = tree_of(&before, &positions);
+    let side = |c: kerfem_mesh::CellId| before.cell_rest_positions(c).iter().sum::<Point>().x / 4.0 < 0.5;
+    let sweep = quad([
+        [0.53, -0.1, -0.1],
+        [0.53, 1.1, -0.1],
+        [0.53, 1.1, 1.1],
+        [0.53, -0.1, 1.1],
+    ]);
+    let left = |mesh: &TetMesh, material: &dyn Fn(kerfem_mesh::CellId) -> bool| {
+        mesh.cell_ids()
+            .filter(|c| material(*c))
+            .map(|c| quality::tet_volume(&mesh.cell_rest_positions(c)))
+            .sum::<f64>()
+    };
+    let volume = left(&before, &side);
+    let cell_group = |c| u64::from(side(c));
+    // two materials
+    let mut mesh = before.clone();
+    let borders = kerfem_cutting::Borders {
+        cell_group: &cell_group,
+        facet_group: &|_, _| 0,
+    };
+    let outcome =
+        kerfem_cutting::cut_within(&mut mesh, &tree, &positions, &sweep, &CutOptions::default(), borders).unwrap();
+    check_cut(&before, &mesh, &outcome).unwrap();
+    assert_eq!(mesh.pieces().1, 2);
+    let parents: std::collections::BTreeMap<_, _> =
+        outcome.change.cells_added.iter().map(|c| (c.id, c.parent)).collect();
+    let inherited = |c: kerfem_mesh::CellId| side(*parents.get(&c).unwrap_or(&c));
+    assert!((left(&mesh, &inherited) - volume).abs() < 1e-14);
+    // half of the top loaded
+    let mut mesh = before.clone();
+    let loaded = |_, v: [kerfem_mesh::VertexId; 3]| {
+        u64::from(
+            v.iter()
+                .all(|v| positions[v.index()].z == 1.0 && positions[v.index()].x <= 0.5),
+        )
+    };
+    let borders = kerfem_cutting::Borders {
+        cell_group: &|_| 0,
+        facet_group: &loaded,
+    };
+    let outcome =
+        kerfem_cutting::cut_within(&mut mesh, &tree, &positions, &sweep, &CutOptions::default(), borders).unwrap();
+    check_cut(&before, &mesh, &outcome).unwrap();
+    let area: f64 = mesh
+        .boundary_facets()
+        .filter_map(|s| {
+            let label = mesh.facet_labels(s.cell)[s.local as usize];
+            let on = loaded(label, mesh.original_facets()[label.some()?]) == 1;
+            let p = mesh.facet_corners(s).map(|v| mesh.rest_position(v));
+            on.then(|| (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0)
+        })
+        .sum();
+    assert!((area - 0.5).abs() < 1e-14, "{area}");
+}

@@ -9,21 +9,21 @@ pub(super) fn check(path: &Path) -> Result<u8, EngineError> {
     let name = scene.name.clone();
     let simulation = Simulation::new(scene)?;
     let figures = simulation.mesh_figures();
-    println!("{name}: accepted");
-    println!("vertices {}", figures.vertices);
-    println!("cells {}", figures.cells);
-    println!("pieces {}", figures.pieces);
-    println!("volume {:e} m3", figures.volume_m3);
-    println!("mass {:e} kg", figures.mass_kg);
-    println!("min radius ratio {:.4}", figures.quality.min_radius_ratio);
+    say!("{name}: accepted");
+    say!("vertices {}", figures.vertices);
+    say!("cells {}", figures.cells);
+    say!("pieces {}", figures.pieces);
+    say!("volume {:e} m3", figures.volume_m3);
+    say!("mass {:e} kg", figures.mass_kg);
+    say!("min radius ratio {:.4}", figures.quality.min_radius_ratio);
     for line in simulation.selections() {
-        println!("{line}");
+        say!("{line}");
     }
     for (key, choice) in simulation.choices() {
-        println!("{key} = auto: {} ({})", choice.chosen, choice.why);
+        say!("{key} = auto: {} ({})", choice.chosen, choice.why);
     }
     for warning in simulation.warnings() {
-        println!("warning: {warning}");
+        say!("warning: {warning}");
     }
     Ok(0)
 }

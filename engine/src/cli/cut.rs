@@ -23,7 +23,7 @@ pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
         output::write_mesh(path, &mesh)?;
     }
     if arguments.json {
-        println!("{:#}", serde_json::json!(done));
+        say!("{:#}", serde_json::json!(done));
     } else {
         print(&done);
     }
@@ -32,32 +32,46 @@ pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
 
 fn print(done: &GeometryCut) {
     let (a, b) = (&done.before, &done.after);
-    println!("method {}", done.method);
-    println!(
+    say!("method {}", done.method);
+    say!(
         "vertices {} -> {} (+{}, -{}, {} moved)",
-        a.vertices, b.vertices, done.vertices_added, done.vertices_removed, done.vertices_moved
+        a.vertices,
+        b.vertices,
+        done.vertices_added,
+        done.vertices_removed,
+        done.vertices_moved
     );
-    println!(
+    say!(
         "cells {} -> {} (+{}, -{})",
-        a.cells, b.cells, done.cells_added, done.cells_removed
+        a.cells,
+        b.cells,
+        done.cells_added,
+        done.cells_removed
     );
-    println!("pieces {} -> {}", a.pieces, b.pieces);
-    println!("volume {:e} -> {:e} m3", a.volume_m3, b.volume_m3);
-    println!("area of the cut {:e} m2", done.area_m2);
-    println!("largest distance to the sweep {:e} m", done.max_distance_to_sweep_m);
+    say!("pieces {} -> {}", a.pieces, b.pieces);
+    say!("volume {:e} -> {:e} m3", a.volume_m3, b.volume_m3);
+    say!("area of the cut {:e} m2", done.area_m2);
+    say!("largest distance to the sweep {:e} m", done.max_distance_to_sweep_m);
     let (p, q) = (&a.quality, &b.quality);
-    println!(
+    say!(
         "radius ratio: min {:.4} -> {:.4}, mean {:.4} -> {:.4}",
-        p.min_radius_ratio, q.min_radius_ratio, p.mean_radius_ratio, q.mean_radius_ratio
+        p.min_radius_ratio,
+        q.min_radius_ratio,
+        p.mean_radius_ratio,
+        q.mean_radius_ratio
     );
-    println!(
+    say!(
         "dihedral angle: min {:.2} -> {:.2}, max {:.2} -> {:.2} deg",
-        p.min_dihedral_deg, q.min_dihedral_deg, p.max_dihedral_deg, q.max_dihedral_deg
+        p.min_dihedral_deg,
+        q.min_dihedral_deg,
+        p.max_dihedral_deg,
+        q.max_dihedral_deg
     );
-    println!(
+    say!(
         "seconds: find {:.4}, remesh {:.4}",
-        done.find_seconds, done.remesh_seconds
+        done.find_seconds,
+        done.remesh_seconds
     );
-    done.refused.iter().for_each(|r| println!("refused: {r}"));
-    done.warnings.iter().for_each(|w| println!("warning: {w}"));
+    done.refused.iter().for_each(|r| say!("refused: {r}"));
+    done.warnings.iter().for_each(|w| say!("warning: {w}"));
 }

@@ -1,5 +1,14 @@
 //! What each call of the command does.
 
+/// Prints a line. A reader that has gone away (`| head`) ends the program instead of making it panic.
+macro_rules! say {
+    ($($line:tt)*) => {
+        if std::io::Write::write_fmt(&mut std::io::stdout(), format_args!("{}\n", format_args!($($line)*))).is_err() {
+            std::process::exit(0);
+        }
+    };
+}
+
 mod check;
 mod cut;
 mod quality;

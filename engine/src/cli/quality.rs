@@ -28,39 +28,41 @@ pub(super) fn quality(path: &Path, as_json: bool) -> Result<u8, EngineError> {
             "quality": figures,
             "histograms": histograms,
         });
-        println!("{all:#}");
+        say!("{all:#}");
         return Ok(0);
     }
-    println!("vertices {}", mesh.num_vertices());
-    println!("cells {}", mesh.num_cells());
-    println!("pieces {pieces}");
-    println!("volume {:e} m3", volume(&mesh));
-    println!(
+    say!("vertices {}", mesh.num_vertices());
+    say!("cells {}", mesh.num_cells());
+    say!("pieces {pieces}");
+    say!("volume {:e} m3", volume(&mesh));
+    say!(
         "radius ratio: min {:.4}, mean {:.4}",
-        figures.min_radius_ratio, figures.mean_radius_ratio
+        figures.min_radius_ratio,
+        figures.mean_radius_ratio
     );
-    println!(
+    say!(
         "dihedral angle: min {:.2}, max {:.2} deg",
-        figures.min_dihedral_deg, figures.max_dihedral_deg
+        figures.min_dihedral_deg,
+        figures.max_dihedral_deg
     );
-    println!("longest edge over inradius: max {:.3}", figures.max_edge_over_inradius);
-    println!("volume: max over min {:.3}", figures.max_over_min_volume);
-    println!("edge: max over min {:.3}", figures.max_over_min_edge);
+    say!("longest edge over inradius: max {:.3}", figures.max_edge_over_inradius);
+    say!("volume: max over min {:.3}", figures.max_over_min_volume);
+    say!("edge: max over min {:.3}", figures.max_over_min_edge);
     histograms.iter().for_each(print_histogram);
     Ok(0)
 }
 
 fn print_histogram(h: &Histogram) {
-    println!("\n{}", h.measure);
+    say!("\n{}", h.measure);
     let largest = h.counts.iter().copied().max().unwrap_or(0).max(1);
     if h.below > 0 {
-        println!("{:>23} {:>9}", "below", h.below);
+        say!("{:>23} {:>9}", "below", h.below);
     }
     for (ends, count) in h.edges.windows(2).zip(&h.counts) {
         let bar = "#".repeat(count * 40 / largest);
-        println!("{:>11.3} {:>11.3} {count:>9} {bar}", ends[0], ends[1]);
+        say!("{:>11.3} {:>11.3} {count:>9} {bar}", ends[0], ends[1]);
     }
     if h.above > 0 {
-        println!("{:>23} {:>9}", "above", h.above);
+        say!("{:>23} {:>9}", "above", h.above);
     }
 }

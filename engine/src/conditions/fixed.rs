@@ -112,6 +112,13 @@ impl FixedDofs {
         self.mask[3 * v.index() + axis]
     }
 
+    /// Which components are prescribed at all corners of a facet: one bit an axis.
+    pub(crate) fn on_facet(&self, corners: [VertexId; 3]) -> u64 {
+        (0..3).fold(0, |bits, axis| {
+            bits | u64::from(corners.iter().all(|&v| self.is_fixed(v, axis))) << axis
+        })
+    }
+
     /// Replaces what the set `index` prescribes (m).
     pub(crate) fn set_displacement(&mut self, index: usize, displacement: [f64; 3]) -> bool {
         match self.sets.get_mut(index) {

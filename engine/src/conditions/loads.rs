@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use kerfem_fem::{Assembler, load};
-use kerfem_mesh::{CellId, FacetSide, MeshChange, TetMesh, VertexId};
+use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, TetMesh, VertexId};
 
 use super::Selector;
 use super::copies::Copies;
@@ -73,6 +73,19 @@ impl Loads {
             .all(|l| !l.expressions().iter().any(|e| e.uses_place()))
     }
 
+    /// Which loads act on a facet of the original boundary: one bit for each of the first 61.
+    pub(crate) fn on_facet(&self, label: FacetLabel) -> u64 {
+        let acts = |l: &Load| match (&l.place, label.some()) {
+            (Place::Facets { labels, .. }, Some(k)) => labels[k],
+            _ => false,
+        };
+        self.loads
+            .iter()
+            .take(61)
+            .enumerate()
+            .fold(0, |bits, (i, l)| bits | u64::from(acts(l)) << i)
+    }
+
     /// How many of what each load acts on, in the order of the scene.
     pub(crate) fn counts(&self, mesh: &TetMesh) -> Vec<(usize, &'static str)> {
         let count = |l: &Load| match &l.place {
@@ -136,7 +149,10 @@ impl Load {
         }
         if let Some(force) = &spec.force {
             let flags = select.force(spec)?;
-            let members: Vec<VertexId> = select.input.mesh.vertex_ids().filter(|v| flags[v.index()]).collect();
+            let mesh = &select.input.mesh;
+            // a vertex without cells has no equation that could take a force
+            let takes = |v: &VertexId| flags[v.index()] && !mesh.cells_of_vertex(*v).is_empty();
+            let members: Vec<VertexId> = mesh.vertex_ids().filter(takes).collect();
             let share = 1.0 / members.len() as f64;
             let place = Place::Vertices(members.into_iter().map(|v| (v, share)).collect());
             return Ok(Load {

@@ -19,6 +19,11 @@ pub fn write_atomically(
 ) -> Result<(), IoError> {
     let path = path.as_ref();
     let write = || -> io::Result<()> {
+        if path.exists() && !path.is_file() {
+            return Err(io::Error::other(
+                "it is there and no regular file, which alone can be replaced",
+            ));
+        }
         let directory = match path.parent() {
             Some(d) if !d.as_os_str().is_empty() => d,
             _ => Path::new("."),
