@@ -86,6 +86,11 @@ fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut 
     let (group, count) = ws
         .mesh()
         .pieces_among(&cells, |s| !closed.contains(&ws.mesh().facet_key(s)));
+    let is_closed = |side: FacetSide| {
+        ws.mesh().neighbors(side.cell)[side.local as usize].some().is_none()
+            || closed.contains(&ws.mesh().facet_key(side))
+    };
+    let sides = |cell: CellId| (0..4u8).map(move |local| FacetSide { cell, local });
     let mut groups = vec![
         Loose {
             reach: f64::INFINITY,
@@ -102,32 +107,38 @@ fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut 
             .iter()
             .map(|&v| ws.reach(v, snap))
             .fold(own.reach, f64::min);
-        for local in 0..4u8 {
-            let side = FacetSide { cell, local };
-            let other = ws.mesh().neighbors(cell)[local as usize].some();
-            let open = other.is_some() && !closed.contains(&ws.mesh().facet_key(side));
-            if open {
-                own.held |= other.is_some_and(|n| cells.binary_search(&n).is_err());
-                continue;
+        for side in sides(cell) {
+            if is_closed(side) {
+                own.surface += facet_area(ws, side);
+            } else {
+                own.held |= cells
+                    .binary_search(&ws.mesh().neighbors(cell)[side.local as usize])
+                    .is_err();
             }
+        }
+    }
+    let chips: BTreeMap<CellId, usize> = cells
+        .iter()
+        .copied()
+        .zip(group)
+        .filter(|(_, g)| groups[*g].is_chip())
+        .collect();
+    // not with another chip: the two would change places
+    for (&cell, &g) in &chips {
+        for side in sides(cell).filter(|s| is_closed(*s)) {
+            let other = ws.mesh().neighbors(cell)[side.local as usize];
             let area = facet_area(ws, side);
-            own.surface += area;
-            // not where another chip stands: the two would change places
-            if area > own.largest
-                && let Some(stand) = other
-                    .filter(|n| cells.binary_search(n).is_err())
-                    .and_then(|n| stands.get(&n))
+            if let Some(stand) = stands.get(&other)
+                && area > groups[g].largest
+                && !chips.contains_key(&other)
             {
-                (own.largest, own.stand) = (area, Some(*stand));
+                (groups[g].largest, groups[g].stand) = (area, Some(*stand));
             }
         }
     }
     let mut any = false;
-    for (&cell, &g) in cells.iter().zip(&group) {
-        let own = &groups[g];
-        // a slice of thickness t has the volume t times half its surface
-        let is_chip = !own.held && 2.0 * own.volume < own.reach * own.surface;
-        if let (true, Some(stand)) = (is_chip, own.stand) {
+    for (cell, g) in chips {
+        if let Some(stand) = groups[g].stand {
             stands.insert(cell, stand);
             any = true;
         }
@@ -148,6 +159,13 @@ struct Loose {
     /// Area of the largest marked facet, and where the cell behind it stands.
     largest: f64,
     stand: Option<Point>,
+}
+
+impl Loose {
+    /// A slice of thickness t has the volume t times half its surface.
+    fn is_chip(&self) -> bool {
+        !self.held && 2.0 * self.volume < self.reach * self.surface
+    }
 }
 
 fn facet_area(ws: &Workspace<'_>, side: FacetSide) -> f64 {

@@ -106,9 +106,8 @@ def write_mesh(path, points, tets, clamp, rest):
     gmsh.write(str(path))
 
 
-def blade(path, radius, z_low, z_high, rows, columns):
+def blade(path, x0, radius, z_low, z_high, rows, columns):
     """An arc of a cylinder between two heights, right across the organ where it hangs at the time of the cut, as .obj."""
-    x0 = -0.018
     z, y = np.meshgrid(np.linspace(z_low, z_high, rows + 1), np.linspace(-0.075, 0.09, columns + 1), indexing="ij")
     x = x0 + radius - np.sqrt(radius**2 - (z - 0.01) ** 2)
     with open(path, "w", newline="\n") as out:
@@ -143,8 +142,8 @@ middle = on_sphere[triangles].mean(axis=1)
 held = (middle @ [-0.25, 0.85, 0.45] > 0.8)  # behind and above
 write_mesh(HERE / "organ.msh", points, tets, triangles[held], triangles[~held])
 gmsh.finalize()
-blade(HERE / "blade.obj", 0.08, 0.0, 0.055, 8, 18)
-blade(HERE / "blade_through.obj", 0.12, -0.09, 0.06, 20, 18)
+blade(HERE / "blade.obj", -0.018, 0.08, 0.0, 0.055, 8, 18)
+blade(HERE / "blade_through.obj", 0.004, 0.12, -0.09, 0.06, 20, 18)
 quality, volume = radius_ratios(np.round(points, 9), tets)
 print(f"{len(points)} nodes, {len(tets)} tetrahedra, {held.sum()} clamped triangles, volume {volume:.6g} m3, "
       f"size {np.ptp(points, axis=0).round(4)} m, radius ratio min {quality.min():.3f} mean {quality.mean():.3f}")
