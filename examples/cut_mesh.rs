@@ -1,7 +1,7 @@
 //! Geometry only: a ball cut in two by a wavy surface, written as `cut_ball.vtu`.
 
 use kerfem_cutting::{CutOptions, Sweep, cut};
-use kerfem_mesh::{Aabb, BoxTree, Point, generate, io, quality};
+use kerfem_mesh::{BoxTree, Point, generate, io, quality};
 
 /// A sheet over the x-y plane with waves in z.
 fn wavy_sheet(n: usize) -> (Vec<Point>, Vec<[usize; 3]>) {
@@ -24,10 +24,7 @@ fn wavy_sheet(n: usize) -> (Vec<Point>, Vec<[usize; 3]>) {
 pub(crate) fn run(out: &std::path::Path) -> Result<f64, Box<dyn std::error::Error>> {
     let mut mesh = generate::ball_tets([0.0; 3], 1.0, 8)?;
     let positions = mesh.rest_positions().to_vec();
-    let boxes = mesh
-        .cell_ids()
-        .map(|c| (c.0, Aabb::around(mesh.cell_rest_positions(c))));
-    let tree = BoxTree::build(boxes);
+    let tree = BoxTree::of_cells(&mesh, &positions);
     let (points, triangles) = wavy_sheet(40);
     let (sweep, _) = Sweep::new(points, triangles)?;
 

@@ -23,7 +23,7 @@ pub enum CutError {
         reason: String,
     },
     /// The snap threshold is out of range.
-    #[error("snap = {value} is out of range; accepted: 0 to 0.45 of the local mean edge")]
+    #[error("snap = {value} is out of range; accepted: 0 to 0.45 of the local size of the mesh")]
     BadSnap {
         /// The value given.
         value: f64,

@@ -20,7 +20,7 @@ struct Piercing {
     point: Point,
 }
 
-/// Puts vertices where the border of the piece pierces facets; `snap` is `d` over the local mean edge.
+/// Puts vertices where the border of the piece pierces facets; `snap` is `d` over the local size.
 pub(crate) fn place(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) {
     for _ in 0..ROUNDS {
         let found = piercings(ws, piece, snap);

@@ -12,7 +12,7 @@ use crate::workspace::Workspace;
 /// How crossed edges are treated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rule {
-    /// An end closer to the sweep than this fraction of its local mean edge takes the cut; other edges are split.
+    /// An end closer to the sweep than this fraction of its local size takes the cut; other edges are split.
     SnapWithin(f64),
     /// The nearer end always takes the cut; nothing is split.
     SnapAlways,

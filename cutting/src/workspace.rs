@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use crate::Borders;
 use kerfem_mesh::{CellId, Edit, FacetLabel, Mark, Point, TetMesh, VertexId, Weights, quality};
 
-/// Fraction of the local mean edge within which two places are one.
+/// Fraction of the local size within which two places are one.
 pub(crate) const TINY: f64 = 1e-9;
 
 /// A mesh inside a cut.
@@ -66,8 +66,8 @@ impl<'a> Workspace<'a> {
         out
     }
 
-    /// How far the cut may be from a vertex that takes it: the fraction `snap` of the local mean edge (of the mesh before any cut,
-    /// so that cutting the same place again finds the same vertices near).
+    /// How far the cut may be from a vertex that takes it: the fraction `snap` of [`TetMesh::local_size`], the mean edge
+    /// before any cut, so that cutting the same place again finds the same vertices near.
     pub(crate) fn reach(&self, v: VertexId, snap: f64) -> f64 {
         snap.max(TINY) * self.mesh().local_size(v)
     }

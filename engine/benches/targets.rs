@@ -141,7 +141,7 @@ fn cut_and_follow(mesh: &mut TetMesh, tree: &mut BoxTree, sweep: &Sweep) -> (Cut
 fn local(n: usize) -> Local {
     let mut mesh = generate::box_tets([n as f64; 3], [n; 3], [0.0; 3]);
     let (assembly, mut assembler) = seconds(|| Assembler::new(&mesh, |_| steel_free_material()).expect("a good mesh"));
-    let mut tree = BoxTree::build(mesh.cell_ids().map(|c| (c.0, cell_box(&mesh, c.0))));
+    let mut tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
     let middle = n as f64 / 2.0;
     // the first update makes room in the arrays, amortised and counted apart
     let (first, _) = cut_and_follow(&mut mesh, &mut tree, &blade(3.4, 3.4, 3.37, 1.2));
@@ -436,7 +436,7 @@ fn conditioning_after_a_cut(table: &mut Table) {
     let before = generate::box_tets([1.0; 3], [8; 3], [0.0; 3]);
     let iterations = |eps: Option<f64>| {
         let mut mesh = before.clone();
-        let mut tree = BoxTree::build(mesh.cell_ids().map(|c| (c.0, cell_box(&mesh, c.0))));
+        let mut tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
         if let Some(eps) = eps {
             cut_and_follow(&mut mesh, &mut tree, &blade(0.5, 0.5, 0.5 + eps / 8.0, 0.7));
         }

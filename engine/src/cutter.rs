@@ -32,7 +32,7 @@ impl Cutter {
         let cell_box = |i: u32| cell_box(mesh, positions, CellId(i));
         match &mut self.tree {
             Some(tree) => tree.refit(cell_box),
-            None => self.tree = Some(BoxTree::build(mesh.cell_ids().map(|c| (c.0, cell_box(c.0))))),
+            None => self.tree = Some(BoxTree::of_cells(mesh, positions)),
         }
         self.frame = Some(frame);
     }

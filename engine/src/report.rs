@@ -70,7 +70,7 @@ pub struct SolverFigures {
     pub unconverged_steps: usize,
 }
 
-/// Seconds of processor-independent time, by task.
+/// Seconds by the clock, by task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
     /// From reading the scene to the last file.
@@ -79,9 +79,9 @@ pub struct Seconds {
     pub assemble: f64,
     /// Linear solver.
     pub solve: f64,
-    /// Finding what is cut and changing the mesh.
+    /// Finding what is cut, changing the mesh and its search tree.
     pub cut: f64,
-    /// State, conditions, matrices and tree after a cut.
+    /// State, conditions and matrices after a cut.
     pub update: f64,
     /// Files.
     pub write: f64,
@@ -96,7 +96,7 @@ pub struct CutSeconds {
     pub remesh: f64,
     /// Improving cells.
     pub improve: f64,
-    /// State, conditions, matrices and tree.
+    /// State, conditions and matrices.
     pub update: f64,
 }
 

@@ -1,6 +1,6 @@
 //! A tree of bounding boxes over numbered items that follows edits.
 
-use crate::Point;
+use crate::{CellId, Point, SimplexMesh};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +103,12 @@ impl BoxTree {
         };
         tree.build_node(&mut items, NONE);
         tree
+    }
+
+    /// The tree over the cells of a mesh, by cell number, at `positions` (one for each vertex slot).
+    pub fn of_cells<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point]) -> Self {
+        let around = |c: CellId| Aabb::around(mesh.cell(c).map(|v| positions[v.index()]));
+        BoxTree::build(mesh.cell_ids().map(|c| (c.0, around(c))))
     }
 
     fn build_node(&mut self, items: &mut [(u32, Aabb)], parent: u32) -> u32 {

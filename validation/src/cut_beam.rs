@@ -1,7 +1,7 @@
 //! The cuts behind the references `cut_plane` and `cut_curved`: a beam clamped at `x = 0`, partly cut near its middle.
 
 use kerfem_cutting::{CutOptions, CutOutcome, Sweep, cut};
-use kerfem_mesh::{Aabb, BoxTree, TetMesh, generate, io};
+use kerfem_mesh::{BoxTree, TetMesh, generate, io};
 
 use crate::{ValidationError, reference_file};
 
@@ -20,11 +20,8 @@ pub fn beam() -> TetMesh {
 pub fn cut_by(mesh: &mut TetMesh, name: &str) -> Result<CutOutcome, ValidationError> {
     let data = io::read_sweep(reference_file(&format!("{name}.obj")))?;
     let (sweep, _) = Sweep::new(data.points, data.triangles)?;
-    let tree = BoxTree::build(
-        mesh.cell_ids()
-            .map(|c| (c.0, Aabb::around(mesh.cell_rest_positions(c)))),
-    );
     let positions = mesh.rest_positions().to_vec();
+    let tree = BoxTree::of_cells(mesh, &positions);
     let outcome = cut(mesh, &tree, &positions, &sweep, &CutOptions::default())?;
     match outcome.report.refused.first() {
         Some(why) => Err(ValidationError::Refused {

@@ -1,7 +1,7 @@
 //! Meshes, sweeps and the invariants that hold after every cut.
 
 use kerfem_cutting::{CutOptions, CutOutcome, Method, Sweep, cut};
-use kerfem_mesh::{Aabb, BoxTree, Point, TetMesh, generate, quality};
+use kerfem_mesh::{BoxTree, Point, TetMesh, generate, quality};
 
 /// A small deterministic generator of numbers (splitmix64).
 pub(crate) struct Random(pub(crate) u64);
@@ -71,13 +71,6 @@ pub(crate) fn curved_body(n: usize) -> TetMesh {
     TetMesh::new(places, cells).unwrap()
 }
 
-pub(crate) fn tree_of(mesh: &TetMesh, positions: &[Point]) -> BoxTree {
-    BoxTree::build(
-        mesh.cell_ids()
-            .map(|c| (c.0, Aabb::around(mesh.cell(c).map(|v| positions[v.index()])))),
-    )
-}
-
 pub(crate) fn quad(p: [[f64; 3]; 4]) -> Sweep {
     sweep_of(
         p.map(|q| Point::new(q[0], q[1], q[2])).to_vec(),
@@ -122,7 +115,7 @@ pub(crate) fn surface(n: usize, at: impl Fn(f64, f64) -> Point) -> Sweep {
 /// Cuts in the rest frame.
 pub(crate) fn cut_rest(mesh: &mut TetMesh, sweep: &Sweep, method: Method) -> CutOutcome {
     let positions = mesh.rest_positions().to_vec();
-    let tree = tree_of(mesh, &positions);
+    let tree = BoxTree::of_cells(mesh, &positions);
     cut(
         mesh,
         &tree,

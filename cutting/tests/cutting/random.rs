@@ -1,6 +1,6 @@
 //! Seeded sweeps over three meshes: planes, curved, partial, through vertices, edges and facets, missing, repeated.
 //!
-//! `KERFEM_SWEEPS` sets how many are tried (default 600); every tenth is made twice.
+//! `KERFEM_SWEEPS` sets how many are tried (default 600); every fourth is made twice.
 
 use std::collections::BTreeMap;
 

@@ -2,7 +2,7 @@
 
 use super::common::*;
 use kerfem_cutting::{CutError, CutOptions, Method, Sweep, cut};
-use kerfem_mesh::{Point, TetMesh, generate, quality};
+use kerfem_mesh::{BoxTree, Point, TetMesh, generate, quality};
 
 fn plane_z(z: f64) -> Sweep {
     quad([[-0.13, -0.13, z], [1.13, -0.13, z], [1.13, 1.13, z], [-0.13, 1.13, z]])
@@ -339,7 +339,7 @@ fn f19_an_inverted_cell_near_the_sweep_refuses_the_cut_and_keeps_the_mesh() {
     let mut positions = before.rest_positions().to_vec();
     let v = before.vertex_ids().find(|&v| !before.is_boundary_vertex(v)).unwrap();
     positions[v.index()].z += 0.7;
-    let tree = tree_of(&before, &positions);
+    let tree = BoxTree::of_cells(&before, &positions);
     let mut mesh = before.clone();
     let outcome = cut(&mut mesh, &tree, &positions, &plane_z(0.5), &CutOptions::default()).unwrap();
     assert_eq!(outcome.report.refused.len(), 1);
@@ -354,7 +354,7 @@ fn f19_cutting_a_bar_twisted_by_half_a_turn_keeps_its_rest_volume() {
         Point::new(p.x, p.y * a.cos() - p.z * a.sin(), p.y * a.sin() + p.z * a.cos())
     };
     let positions: Vec<Point> = before.rest_positions().iter().map(twist).collect();
-    let tree = tree_of(&before, &positions);
+    let tree = BoxTree::of_cells(&before, &positions);
     for (k, normal) in [
         Point::new(0.2, 0.1, 1.0),
         Point::new(1.0, 0.3, 0.2),
@@ -384,7 +384,7 @@ fn f19_cutting_a_bar_twisted_by_half_a_turn_keeps_its_rest_volume() {
 fn bad_input_is_one_clear_error() {
     let mut mesh = unit_box(2);
     let positions = mesh.rest_positions().to_vec();
-    let tree = tree_of(&mesh, &positions);
+    let tree = BoxTree::of_cells(&mesh, &positions);
     let options = CutOptions {
         snap: f64::NAN,
         ..CutOptions::default()
@@ -415,7 +415,7 @@ fn a_closed_sweep_inside_one_cell_frees_nothing() {
 fn snapping_shifts_no_border_between_materials_or_loads() {
     let before = unit_box(4);
     let positions = before.rest_positions().to_vec();
-    let tree = tree_of(&before, &positions);
+    let tree = BoxTree::of_cells(&before, &positions);
     let side = |c: kerfem_mesh::CellId| before.cell_rest_positions(c).iter().sum::<Point>().x / 4.0 < 0.5;
     let sweep = quad([
         [0.53, -0.1, -0.1],
