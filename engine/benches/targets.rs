@@ -62,11 +62,12 @@ impl Table {
 /// A part of the bench that fills in lines of the table.
 type Section = fn(&mut Table);
 
-const SECTIONS: [(&str, Section); 7] = [
+const SECTIONS: [(&str, Section); 8] = [
     ("local", local_update),
     ("steps", steps),
     ("product", block_product),
     ("size", iterations_against_size),
+    ("memory", memory),
     ("f1", conditioning_after_a_cut),
     ("yardstick-step", yardstick_steps),
     ("yardstick-static", yardstick_static),
@@ -464,6 +465,23 @@ fn conditioning_after_a_cut(table: &mut Table) {
         1.25,
         1.1,
     );
+}
+
+/// Peak memory of a million tetrahedra that step, are cut and step again.
+fn memory(table: &mut Table) {
+    let mut cells = 0;
+    let peak = allocation_counter::measure(|| {
+        let mut sim = beam([56, 56, 54], "one-step");
+        cells = sim.mesh().num_cells();
+        assert!(sim.step(0.01).expect("a good step").converged);
+        let record = sim.cut(&blade(0.1, 0.04, 0.0406, 0.15), &CutOptions::default());
+        assert!(record.expect("a good sweep").cells_added > 0);
+        assert!(sim.step(0.01).expect("a good step").converged);
+    })
+    .bytes_max as f64;
+    let (gigabytes, each) = (peak / 1e9, peak / cells as f64);
+    println!("memory: {cells} tets stepped and cut, peak {gigabytes:.2} GB, {each:.0} bytes a tet");
+    table.add("peak memory of a step and a cut, 1M tets (GB)", gigabytes, 8.0, 8.0);
 }
 
 /// Times to hold against `step_yardstick.py` run in the same session on boxes of the same cells.
