@@ -32,6 +32,7 @@
 
 mod advance;
 mod audit;
+pub mod book;
 mod choices;
 mod conditions;
 mod cutter;

@@ -1,0 +1,15 @@
+#![doc = include_str!("../../docs/book/index.md")]
+
+#[doc = include_str!("../../docs/book/first_cut.md")]
+pub mod first_cut {}
+
+#[doc = include_str!("../../docs/book/files.md")]
+pub mod files {}
+
+#[doc = include_str!("../../docs/book/conventions.md")]
+pub mod conventions {}
+
+#[doc = include_str!("../../docs/book/crates.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/crates.md")]
+pub mod crates {}
