@@ -3,6 +3,9 @@
 #[doc = include_str!("../../docs/book/first_cut.md")]
 pub mod first_cut {}
 
+#[doc = include_str!("../../docs/book/scene.md")]
+pub mod scene {}
+
 #[doc = include_str!("../../docs/book/files.md")]
 pub mod files {}
 

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-type Unary = fn(f64) -> f64;
-type Binary = fn(f64, f64) -> f64;
+pub(crate) type Unary = fn(f64) -> f64;
+pub(crate) type Binary = fn(f64, f64) -> f64;
 
 /// Functions of one argument.
-const UNARY: &[(&str, Unary)] = &[
+pub(crate) const UNARY: &[(&str, Unary)] = &[
     ("abs", f64::abs),
     ("acos", f64::acos),
     ("asin", f64::asin),
@@ -31,7 +31,7 @@ const UNARY: &[(&str, Unary)] = &[
 ];
 
 /// Functions of two arguments.
-const BINARY: &[(&str, Binary)] = &[
+pub(crate) const BINARY: &[(&str, Binary)] = &[
     ("atan2", f64::atan2),
     ("hypot", f64::hypot),
     ("max", f64::max),
@@ -41,7 +41,7 @@ const BINARY: &[(&str, Binary)] = &[
     ("pow", f64::powf),
 ];
 
-const CONSTANTS: &[(&str, f64)] = &[("pi", std::f64::consts::PI), ("tau", std::f64::consts::TAU)];
+pub(crate) const CONSTANTS: &[(&str, f64)] = &[("pi", std::f64::consts::PI), ("tau", std::f64::consts::TAU)];
 const VARIABLES: [&str; 4] = ["x", "y", "z", "t"];
 /// Deepest nesting of operands that [`Expression::value`] holds without allocating.
 const STACK: usize = 48;

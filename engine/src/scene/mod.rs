@@ -5,6 +5,8 @@ pub(crate) mod source;
 mod values;
 
 #[cfg(test)]
+mod reference;
+#[cfg(test)]
 mod tests;
 
 use std::path::{Path, PathBuf};
@@ -19,6 +21,7 @@ pub use values::{Condition, InitialField};
 ///
 /// SI units; indices count from zero in the order of the mesh file. Read one with [`Scene::read`] or [`Scene::parse`].
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Names the results.
@@ -66,6 +69,7 @@ pub struct Scene {
 
 /// Where the mesh comes from: exactly one of `file`, `box`, `ball`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeshSpec {
     /// A mesh file, relative to the scene.
@@ -80,6 +84,7 @@ pub struct MeshSpec {
 
 /// A box of `cells` hexahedra, six tetrahedra each.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BoxSpec {
     /// Side lengths (m).
@@ -93,6 +98,7 @@ pub struct BoxSpec {
 
 /// A ball of `20 layers³` tetrahedra.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BallSpec {
     /// Radius (m).
@@ -106,6 +112,7 @@ pub struct BallSpec {
 
 /// Isotropic material.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
     /// Young's modulus (Pa).
@@ -121,6 +128,7 @@ pub struct MaterialSpec {
 
 /// Rayleigh damping: the force `-(mass M + stiffness K) v`; `stiffness` must be zero for now.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DampingSpec {
     /// Factor of the mass matrix (1/s).
@@ -131,6 +139,7 @@ pub struct DampingSpec {
 
 /// Another material for some cells: exactly one of `group`, `where`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RegionSpec {
     /// A named set of the mesh file.
@@ -147,6 +156,7 @@ pub struct RegionSpec {
 
 /// Kinematics and elements.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelSpec {
     /// Small or large rotations.
@@ -175,6 +185,7 @@ impl Default for ModelSpec {
 
 /// Kinematics of the elements.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum ModelKind {
     /// Small strains and rotations.
@@ -187,6 +198,7 @@ pub enum ModelKind {
 
 /// How mass is spread over the vertices.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum MassKind {
     /// A quarter of each cell to each corner.
@@ -197,6 +209,7 @@ pub enum MassKind {
 
 /// A prescribed displacement on exactly one of `where`, `vertices`, `group`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FixedSpec {
     /// Vertices whose rest position satisfies this.
@@ -213,6 +226,7 @@ pub struct FixedSpec {
 
 /// A load: exactly one of `gravity`, `traction`, `pressure`, `force`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadSpec {
     /// Acceleration of the whole body (m/s²); expressions in `t`.
@@ -235,6 +249,7 @@ pub struct LoadSpec {
 
 /// State at the start; zero where nothing is said.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct InitialSpec {
     /// Displacement (m).
@@ -245,6 +260,7 @@ pub struct InitialSpec {
 
 /// Scheme and clock.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct TimeSpec {
     /// How time is treated.
@@ -259,6 +275,7 @@ pub struct TimeSpec {
 
 /// How time is treated.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Equilibrium, no inertia; cuts are done first.
@@ -274,6 +291,7 @@ pub enum Scheme {
 
 /// How far each implicit step is solved.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum Nonlinear {
     /// To the tolerance of the solver.
@@ -285,6 +303,7 @@ pub enum Nonlinear {
 
 /// Linear solver and tolerances.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverSpec {
     /// Direct or iterative.
@@ -310,6 +329,7 @@ impl Default for SolverSpec {
 
 /// Direct or iterative.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Conjugate gradients.
@@ -322,6 +342,7 @@ pub enum SolverName {
 
 /// Preconditioner of conjugate gradients.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum PreconditionerName {
     /// None.
@@ -338,6 +359,7 @@ pub enum PreconditionerName {
 
 /// A cut.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CutSpec {
     /// When (s).
@@ -362,6 +384,7 @@ fn default_snap() -> f64 {
 
 /// How the mesh is made to follow a sweep.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
     /// Cells that the sweep crosses are removed.
@@ -377,6 +400,7 @@ pub enum MethodName {
 
 /// Which positions a sweep is given in.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum Frame {
     /// Current positions.
@@ -388,6 +412,7 @@ pub enum Frame {
 
 /// A time series at a point.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ProbeSpec {
     /// Names its columns in `steps.csv`.
@@ -398,6 +423,7 @@ pub struct ProbeSpec {
 
 /// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `energy`, `reaction`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct QuantitySpec {
     /// Names it in `report.json`.
@@ -422,6 +448,7 @@ pub struct QuantitySpec {
 
 /// A component of the displacement.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "lowercase")]
 pub enum Component {
     /// Along x.
@@ -434,6 +461,7 @@ pub enum Component {
 
 /// A coordinate axis.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
     /// x.
@@ -446,6 +474,7 @@ pub enum Axis {
 
 /// What is written.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
     /// Time between frames (s); default each step.
@@ -465,6 +494,7 @@ impl Default for OutputSpec {
 
 /// A field that frames can hold. Displacement and velocity are always written.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum FieldName {
     /// Points: displacement (m).
