@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use kerfem_mesh::{
-    BoxTree, CellId, FacetLabel, FacetSide, MeshChange, Point, TetMesh, VertexId, predicates::orient3d, quality,
+    BoxTree, CellId, FacetLabel, FacetSide, MeshChange, Point, SimplexMesh, VertexId, predicates::orientation, quality,
 };
 
 use crate::separate::Lip;
@@ -22,6 +22,9 @@ pub enum CutError {
         /// What is wrong.
         reason: String,
     },
+    /// The sweep and the mesh are not of one kind.
+    #[error("{0}")]
+    WrongKind(&'static str),
     /// The snap threshold is out of range.
     #[error("snap = {value} is out of range; accepted: 0 to 0.45 of the local size of the mesh")]
     BadSnap {
@@ -94,7 +97,7 @@ pub struct CutOptions {
     /// How the mesh follows the sweep.
     pub method: Method,
     /// Threshold `d` as a fraction of the local size of the mesh
-    /// ([`TetMesh::local_size`], the mean rest edge before any cut; S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
+    /// ([`SimplexMesh::local_size`], the mean rest edge before any cut; S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
     pub snap: f64,
 }
 
@@ -132,7 +135,7 @@ pub struct CutReport {
     pub find_seconds: f64,
     /// Seconds spent changing the mesh.
     pub remesh_seconds: f64,
-    /// Area of one lip at rest (m²).
+    /// Area of one lip at rest (m²); its length (m) in a planar mesh.
     pub area: f64,
     /// Largest distance from a corner, edge midpoint or centre of a new face to the sweep, in the cutting frame (m).
     pub max_distance_to_sweep: f64,
@@ -146,16 +149,16 @@ pub struct CutReport {
 
 /// The result of [`cut`].
 #[derive(Clone, Debug, Default)]
-pub struct CutOutcome {
+pub struct CutOutcome<const N: usize = 4> {
     /// What changed.
-    pub change: MeshChange<4>,
+    pub change: MeshChange<N>,
     /// Cutting-frame positions (m) of the vertices that are new or moved, ascending.
     pub positions: Vec<(VertexId, Point)>,
     /// Areas, distances, refusals, warnings.
     pub report: CutReport,
 }
 
-/// Cuts a mesh by a sweep in one transaction.
+/// Cuts a mesh of tetrahedra by a surface, or a planar mesh of triangles by line segments, in one transaction.
 ///
 /// `positions` (m, one for each vertex slot) are those of the cutting frame: rest positions, or deformed ones; `tree` holds
 /// the boxes of all cells in that frame, by cell number. New rest positions follow by the same weights (S4), so the
@@ -165,13 +168,13 @@ pub struct CutOutcome {
 ///
 /// # Errors
 /// [`CutError`] for input that is out of range.
-pub fn cut(
-    mesh: &mut TetMesh,
+pub fn cut<const N: usize>(
+    mesh: &mut SimplexMesh<N>,
     tree: &BoxTree,
     positions: &[Point],
     sweep: &Sweep,
     options: &CutOptions,
-) -> Result<CutOutcome, CutError> {
+) -> Result<CutOutcome<N>, CutError> {
     cut_within(mesh, tree, positions, sweep, options, Borders::NONE)
 }
 
@@ -180,14 +183,14 @@ pub fn cut(
 ///
 /// # Errors
 /// As [`cut`].
-pub fn cut_within(
-    mesh: &mut TetMesh,
+pub fn cut_within<const N: usize>(
+    mesh: &mut SimplexMesh<N>,
     tree: &BoxTree,
     positions: &[Point],
     sweep: &Sweep,
     options: &CutOptions,
     borders: Borders<'_>,
-) -> Result<CutOutcome, CutError> {
+) -> Result<CutOutcome<N>, CutError> {
     if !(0.0..=0.45).contains(&options.snap) {
         return Err(CutError::BadSnap { value: options.snap });
     }
@@ -197,6 +200,7 @@ pub fn cut_within(
             slots: mesh.vertex_slots(),
         });
     }
+    sweep.fits(mesh)?;
     let mut report = CutReport::default();
     let mut ws = Workspace::new(mesh, positions, borders);
     for piece in sweep.pieces() {
@@ -232,8 +236,8 @@ pub fn cut_within(
 /// nearly all there is to do.
 const PASSES: usize = 4;
 
-fn cut_by_piece(
-    ws: &mut Workspace<'_>,
+fn cut_by_piece<const N: usize>(
+    ws: &mut Workspace<'_, N>,
     tree: &BoxTree,
     piece: &Piece,
     sweep: &Sweep,
@@ -257,8 +261,8 @@ fn cut_by_piece(
 }
 
 /// One pass over a piece: whether it changed anything that another pass might add to.
-fn pass(
-    ws: &mut Workspace<'_>,
+fn pass<const N: usize>(
+    ws: &mut Workspace<'_, N>,
     piece: &Piece,
     sweep: &Sweep,
     options: &CutOptions,
@@ -292,24 +296,24 @@ fn pass(
     Ok(true)
 }
 
-fn decompose(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+fn decompose<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
     sheet::take_present(ws, piece, snap);
     front::place(ws, piece, snap);
     sheet::open(ws, piece, Rule::SnapWithin(snap));
     separate(ws, piece, snap)
 }
 
-fn separate(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+fn separate<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
     let p = piece.triangles()[0][0];
     separate::open(ws, piece, snap).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
 }
 
-fn is_positive(p: &[Point; 4]) -> bool {
+fn is_positive<const N: usize>(p: &[Point; N]) -> bool {
     // exactly, and as the volume that mechanics will compute
-    orient3d(p[0], p[1], p[2], p[3]) > 0.0 && quality::tet_volume(p) > 0.0
+    orientation(p) > 0.0 && quality::cell_volume(p) > 0.0
 }
 
-fn check_new_cells(ws: &Workspace<'_>) -> Result<(), Refusal> {
+fn check_new_cells<const N: usize>(ws: &Workspace<'_, N>) -> Result<(), Refusal> {
     let flat = |c: &&CellId| !is_positive(&ws.cell_positions(**c)) || !is_positive(&ws.mesh().cell_rest_positions(**c));
     match ws.region.iter().find(flat) {
         Some(&c) => Err(Refusal::FlatCell {
@@ -319,14 +323,14 @@ fn check_new_cells(ws: &Workspace<'_>) -> Result<(), Refusal> {
     }
 }
 
-fn measure(ws: &Workspace<'_>, lip: &Lip, sweep: &Sweep, report: &mut CutReport) {
+fn measure<const N: usize>(ws: &Workspace<'_, N>, lip: &Lip, sweep: &Sweep, report: &mut CutReport) {
     let corners = |s: FacetSide| ws.mesh().facet_corners(s);
     let mut points: Vec<Point> = Vec::new();
     let mut vertices = BTreeSet::new();
     for &side in &lip.facets {
         let v = corners(side);
         let rest = v.map(|u| ws.mesh().rest_position(u));
-        report.area += (rest[1] - rest[0]).cross(&(rest[2] - rest[0])).norm() / 2.0;
+        report.area += quality::facet_normal::<N>(&rest).norm() / 2.0;
         let p = v.map(|u| ws.position(u));
         points.push((p[0] + p[1] + p[2]) / 3.0);
         points.extend([(0, 1), (1, 2), (2, 0)].map(|(i, j)| (p[i] + p[j]) / 2.0));

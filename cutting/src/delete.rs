@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use kerfem_mesh::{CellId, VertexId};
+use kerfem_mesh::{CellId, VertexId, quality};
 
 use crate::sweep::Piece;
 use crate::workspace::Workspace;
 
 /// Removes every cell that the piece crosses, then the vertices that are left without a cell. Returns the corners that are
 /// left.
-pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) -> BTreeSet<VertexId> {
+pub(crate) fn remove_crossed<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece) -> BTreeSet<VertexId> {
     let crossed: Vec<CellId> = ws
         .region
         .iter()
@@ -18,7 +18,7 @@ pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) -> BTreeSet<
         .collect();
     let mut left = BTreeSet::new();
     for &c in &crossed {
-        let corners: [VertexId; 4] = ws.mesh().cell(c);
+        let corners: [VertexId; N] = ws.mesh().cell(c);
         ws.take_out(c);
         ws.region.remove(&c);
         for v in corners {
@@ -33,13 +33,15 @@ pub(crate) fn remove_crossed(ws: &mut Workspace<'_>, piece: &Piece) -> BTreeSet<
     left
 }
 
-/// Whether the piece crosses an edge of the cell or its border pierces a facet.
-fn is_crossed(ws: &Workspace<'_>, piece: &Piece, c: CellId) -> bool {
+/// Whether the piece crosses an edge of the cell or its border pierces a facet (a planar cell itself).
+fn is_crossed<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, c: CellId) -> bool {
+    const TRIANGLES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
     let p = ws.cell_positions(c);
-    let edges = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-    let facets = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
-    edges.iter().any(|e| !piece.hits(p[e[0]], p[e[1]]).is_empty())
-        || facets
+    let triangles = &TRIANGLES[..if N == 4 { 4 } else { 1 }];
+    quality::edges::<N>()
+        .iter()
+        .any(|[i, j]| !piece.hits(p[*i], p[*j]).is_empty())
+        || triangles
             .iter()
             .any(|f| !piece.border_piercings(f.map(|k| p[k])).is_empty())
 }

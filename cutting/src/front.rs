@@ -1,7 +1,7 @@
 //! The front: where the border of a sweep runs inside the body.
 //!
-//! Wherever the border pierces a facet, a vertex comes to lie: a corner of the facet that is closer than `d` is snapped
-//! onto the border, or an edge that is closer than `d` is split, or the facet is. The cut ends at these vertices; none of
+//! Wherever the border pierces a facet (in the plane: wherever an end of the sweep lies in a cell), a vertex comes to lie: a
+//! corner that is closer than `d` is snapped onto the border, or an edge that is closer than `d` is split, or the facet is. The cut ends at these vertices; none of
 //! them is doubled, because the cells around it stay connected ahead of the front.
 
 use kerfem_mesh::{FacetSide, Point, VertexId};
@@ -21,7 +21,7 @@ struct Piercing {
 }
 
 /// Puts vertices where the border of the piece pierces facets; `snap` is `d` over the local size.
-pub(crate) fn place(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) {
+pub(crate) fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) {
     for _ in 0..ROUNDS {
         let found = piercings(ws, piece, snap);
         if found.is_empty() {
@@ -29,35 +29,25 @@ pub(crate) fn place(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) {
         }
         snap_corners(ws, piece, &found, snap);
         for piercing in &found {
-            if let Some(side) = facet(ws, piercing.corners)
-                && !served(ws, piercing, snap)
-            {
-                insert(ws, side, piercing, snap);
+            // it may have been split meanwhile
+            if !split::cells_with(ws, piercing.corners).is_empty() && !served(ws, piercing, snap) {
+                insert(ws, piercing, snap);
             }
         }
     }
 }
 
-fn piercings(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Vec<Piercing> {
+fn piercings<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Vec<Piercing> {
     let mut out: Vec<Piercing> = Vec::new();
-    for &cell in &ws.region {
-        for local in 0..4u8 {
-            let side = FacetSide { cell, local };
-            let behind = ws.mesh().neighbors(cell)[local as usize];
-            if behind.some().is_some_and(|n| n < cell && ws.region.contains(&n)) {
-                continue;
-            }
-            // sorted, so that rounding does not depend on which cell the facet is seen from
-            let corners = ws.mesh().facet_key(side).0.map(VertexId);
-            let p = corners.map(|v| ws.position(v));
-            for weights in piece.border_piercings(p) {
-                let point = p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2];
-                out.push(Piercing {
-                    corners,
-                    weights,
-                    point,
-                });
-            }
+    for corners in triangles(ws) {
+        let p = corners.map(|v| ws.position(v));
+        for weights in piece.border_piercings(p) {
+            let point = p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2];
+            out.push(Piercing {
+                corners,
+                weights,
+                point,
+            });
         }
     }
     out.retain(|x| !served(ws, x, snap));
@@ -65,20 +55,29 @@ fn piercings(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Vec<Piercing> 
     out
 }
 
-/// The facet with these corners, if it has not been split meanwhile.
-fn facet(ws: &Workspace<'_>, corners: [VertexId; 3]) -> Option<FacetSide> {
-    ws.mesh().cells_of_vertex(corners[0]).iter().find_map(|&cell| {
-        let own = ws.mesh().cell(cell);
-        let apex = (0..4).find(|&k| !corners.contains(&own[k]))?;
-        corners.iter().all(|v| own.contains(v)).then_some(FacetSide {
-            cell,
-            local: apex as u8,
-        })
-    })
+/// What the border of a sweep may pierce: the facets of the tetrahedra near the sweep, or the planar cells themselves. Corners
+/// are sorted, so that rounding does not depend on which cell a facet is seen from.
+fn triangles<const N: usize>(ws: &Workspace<'_, N>) -> Vec<[VertexId; 3]> {
+    let mut out = Vec::new();
+    for &cell in &ws.region {
+        if N == 3 {
+            let mut corners = [0, 1, 2].map(|k| ws.mesh().cell(cell)[k]);
+            corners.sort_unstable();
+            out.push(corners);
+            continue;
+        }
+        for local in 0..N as u8 {
+            let behind = ws.mesh().neighbors(cell)[local as usize];
+            if behind.some().is_none_or(|n| n > cell || !ws.region.contains(&n)) {
+                out.push(ws.mesh().facet_key(FacetSide { cell, local }).0.map(VertexId));
+            }
+        }
+    }
+    out
 }
 
 /// Whether a corner that the cut goes through, or an edge between two of them, already stands for the piercing.
-fn served(ws: &Workspace<'_>, x: &Piercing, snap: f64) -> bool {
+fn served<const N: usize>(ws: &Workspace<'_, N>, x: &Piercing, snap: f64) -> bool {
     let on: Vec<VertexId> = x.corners.into_iter().filter(|v| ws.on.contains(v)).collect();
     let stands = |v: VertexId, foot: Point| (foot - x.point).norm() <= ws.reach(v, snap);
     on.iter().enumerate().any(|(i, &v)| {
@@ -89,7 +88,7 @@ fn served(ws: &Workspace<'_>, x: &Piercing, snap: f64) -> bool {
     })
 }
 
-fn snap_corners(ws: &mut Workspace<'_>, piece: &Piece, found: &[Piercing], snap: f64) {
+fn snap_corners<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, found: &[Piercing], snap: f64) {
     let mut candidates: Vec<(f64, VertexId, usize)> = Vec::new();
     for (i, x) in found.iter().enumerate() {
         let near = x
@@ -116,17 +115,16 @@ fn snap_corners(ws: &mut Workspace<'_>, piece: &Piece, found: &[Piercing], snap:
 
 /// Moves a front vertex onto the border where that loses nothing: interior ones to `target`, boundary ones to the piercing
 /// itself if it lies on the boundary. Whether it is there now.
-fn to_front(ws: &mut Workspace<'_>, v: VertexId, target: Point, x: &Piercing) -> bool {
+fn to_front<const N: usize>(ws: &mut Workspace<'_, N>, v: VertexId, target: Point, x: &Piercing) -> bool {
     if !ws.mesh().is_boundary_vertex(v) {
         return snap::move_interior(ws, v, target);
     }
-    let on_boundary =
-        facet(ws, x.corners).is_some_and(|s| ws.mesh().neighbors(s.cell)[s.local as usize].some().is_none());
+    let on_boundary = N == 4 && split::cells_with(ws, x.corners).len() == 1;
     let parents = [0, 1, 2].map(|k| (x.corners[k], x.weights[k]));
     on_boundary && snap::move_on_boundary(ws, v, &parents)
 }
 
-fn insert(ws: &mut Workspace<'_>, side: FacetSide, x: &Piercing, snap: f64) {
+fn insert<const N: usize>(ws: &mut Workspace<'_, N>, x: &Piercing, snap: f64) {
     let p = x.corners.map(|v| ws.position(v));
     let nearest = (0..3)
         .map(|k| {
@@ -138,7 +136,7 @@ fn insert(ws: &mut Workspace<'_>, side: FacetSide, x: &Piercing, snap: f64) {
     let Some((distance, i, j, t)) = nearest else { return };
     let (a, b) = (x.corners[i], x.corners[j]);
     if distance > ws.reach(a, snap).min(ws.reach(b, snap)) {
-        let v = split::split_facet(ws, side, x.corners, x.weights);
+        let v = split::split_triangle(ws, x.corners, x.weights);
         ws.take(v, true);
         return;
     }

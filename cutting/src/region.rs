@@ -10,7 +10,7 @@ use crate::workspace::Workspace;
 /// Sets `ws.region` to the cells whose boxes meet a triangle of the piece; returns the tree nodes looked at.
 ///
 /// `tree` knows the mesh as it was before the cut; cells that were replaced since are followed to their children.
-pub(crate) fn find(ws: &mut Workspace<'_>, tree: &BoxTree, piece: &Piece) -> usize {
+pub(crate) fn find<const N: usize>(ws: &mut Workspace<'_, N>, tree: &BoxTree, piece: &Piece) -> usize {
     let (mut cells, mut nodes) = (BTreeSet::new(), 0);
     for triangle in piece.triangles() {
         let reaches = TriangleBox::new(triangle);

@@ -31,14 +31,14 @@ const INWARD: f64 = 0.1;
 const UNDECIDED: f64 = 0.25;
 
 /// Opens the mesh along the piece; `None` if the paths met edges of the sweep at every attempt.
-pub(crate) fn open(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) -> Option<Lip> {
+pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Option<Lip> {
     let marked = MIXES.iter().find_map(|mix| mark(ws, piece, snap, mix))?;
     let vertices = marked.iter().flat_map(|&s| ws.mesh().facet_corners(s)).collect();
     Some(double_vertices(ws, &marked, vertices))
 }
 
 /// Facets whose two cells lie on different sides, ascending, once no chip comes loose by them.
-fn mark(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
+fn mark<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
     let mut stands = cells_stand_at(ws, piece, snap, mix);
     let marked = mark_between(ws, piece, &stands, mix)?;
     if !join_chips(ws, snap, &marked, &mut stands) {
@@ -47,15 +47,15 @@ fn mark(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<
     mark_between(ws, piece, &stands, mix)
 }
 
-fn mark_between(
-    ws: &Workspace<'_>,
+fn mark_between<const N: usize>(
+    ws: &Workspace<'_, N>,
     piece: &Piece,
     stands: &BTreeMap<CellId, Point>,
     mix: &[f64; 4],
 ) -> Option<Vec<FacetSide>> {
     let mut marked = Vec::new();
     for (&cell, &here) in stands {
-        for local in 0..4u8 {
+        for local in 0..N as u8 {
             let side = FacetSide { cell, local };
             let Some(other) = ws.mesh().neighbors(cell)[local as usize].some() else {
                 continue;
@@ -67,7 +67,7 @@ fn mark_between(
                 .get(&other)
                 .copied()
                 .unwrap_or_else(|| stand_in(ws, &ws.mesh().cell(other), mix));
-            let via = stand_in(ws, &ws.mesh().facet_corners(side), mix);
+            let via = stand_in(ws, &ws.mesh().facet_corners(side)[..N - 1], mix);
             if piece.separates(here, via, there)? {
                 marked.push(side);
             }
@@ -79,7 +79,12 @@ fn mark_between(
 /// Lets chips stand with the neighbour behind their largest facet: cells that the cut runs along on all corners and that
 /// would come loose with nothing else, a slice thinner than `d` (between two cuts that nearly coincide, say). Whether there
 /// are any.
-fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut BTreeMap<CellId, Point>) -> bool {
+fn join_chips<const N: usize>(
+    ws: &Workspace<'_, N>,
+    snap: f64,
+    marked: &[FacetSide],
+    stands: &mut BTreeMap<CellId, Point>,
+) -> bool {
     let along = |c: &CellId| ws.mesh().cell(*c).iter().all(|v| ws.on.contains(v));
     let cells: Vec<CellId> = stands.keys().copied().filter(along).collect();
     let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
@@ -90,7 +95,7 @@ fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut 
         ws.mesh().neighbors(side.cell)[side.local as usize].some().is_none()
             || closed.contains(&ws.mesh().facet_key(side))
     };
-    let sides = |cell: CellId| (0..4u8).map(move |local| FacetSide { cell, local });
+    let sides = |cell: CellId| (0..N as u8).map(move |local| FacetSide { cell, local });
     let mut groups = vec![
         Loose {
             reach: f64::INFINITY,
@@ -100,7 +105,7 @@ fn join_chips(ws: &Workspace<'_>, snap: f64, marked: &[FacetSide], stands: &mut 
     ];
     for (&cell, &g) in cells.iter().zip(&group) {
         let own = &mut groups[g];
-        own.volume += quality::tet_volume(&ws.cell_positions(cell));
+        own.volume += quality::cell_volume(&ws.cell_positions(cell));
         own.reach = ws
             .mesh()
             .cell(cell)
@@ -168,14 +173,19 @@ impl Loose {
     }
 }
 
-fn facet_area(ws: &Workspace<'_>, side: FacetSide) -> f64 {
+fn facet_area<const N: usize>(ws: &Workspace<'_, N>, side: FacetSide) -> f64 {
     let p = ws.mesh().facet_corners(side).map(|v| ws.position(v));
-    (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0
+    quality::facet_normal::<N>(&p).norm() / 2.0
 }
 
 /// Where each cell near the sweep stands. A cell that the cut runs along on all corners and whose middle is too close to the
 /// sweep to tell stands with a neighbour, the one behind its largest facet, instead of coming loose as a chip.
-fn cells_stand_at(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> BTreeMap<CellId, Point> {
+fn cells_stand_at<const N: usize>(
+    ws: &Workspace<'_, N>,
+    piece: &Piece,
+    snap: f64,
+    mix: &[f64; 4],
+) -> BTreeMap<CellId, Point> {
     let (mut stands, mut undecided) = (BTreeMap::new(), Vec::new());
     for &c in &ws.region {
         let corners = ws.mesh().cell(c);
@@ -202,8 +212,12 @@ fn cells_stand_at(ws: &Workspace<'_>, piece: &Piece, snap: f64, mix: &[f64; 4]) 
     stands
 }
 
-fn largest_neighbor(ws: &Workspace<'_>, c: CellId, stands: &BTreeMap<CellId, Point>) -> Option<Point> {
-    (0..4u8)
+fn largest_neighbor<const N: usize>(
+    ws: &Workspace<'_, N>,
+    c: CellId,
+    stands: &BTreeMap<CellId, Point>,
+) -> Option<Point> {
+    (0..N as u8)
         .filter_map(|local| {
             let stand = *stands.get(&ws.mesh().neighbors(c)[local as usize].some()?)?;
             Some((facet_area(ws, FacetSide { cell: c, local }), stand))
@@ -214,7 +228,7 @@ fn largest_neighbor(ws: &Workspace<'_>, c: CellId, stands: &BTreeMap<CellId, Poi
 
 /// A point that stands for a simplex: at a corner that the cut does not go through, drawn a little inwards. (All such corners
 /// lie on one side where the sweep is resolved; in the middle there may be a sweep too small to meet any edge.)
-fn stand_in(ws: &Workspace<'_>, corners: &[VertexId], mix: &[f64; 4]) -> Point {
+fn stand_in<const N: usize>(ws: &Workspace<'_, N>, corners: &[VertexId], mix: &[f64; 4]) -> Point {
     let mut places: Vec<(Point, bool)> = corners.iter().map(|&v| (ws.position(v), !ws.on.contains(&v))).collect();
     places.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     let (sum, total) = places
@@ -229,15 +243,19 @@ fn stand_in(ws: &Workspace<'_>, corners: &[VertexId], mix: &[f64; 4]) -> Point {
 }
 
 /// Gives each of these vertices whose link has fallen apart one copy for each part (Y4, F14).
-pub(crate) fn open_pinched(ws: &mut Workspace<'_>, vertices: BTreeSet<VertexId>) {
+pub(crate) fn open_pinched<const N: usize>(ws: &mut Workspace<'_, N>, vertices: BTreeSet<VertexId>) {
     double_vertices(ws, &[], vertices);
 }
 
 /// Gives every vertex one copy for each group of its cells that the marks leave connected; the group with the smallest cell
 /// keeps the vertex.
-fn double_vertices(ws: &mut Workspace<'_>, marked: &[FacetSide], vertices: BTreeSet<VertexId>) -> Lip {
+fn double_vertices<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    marked: &[FacetSide],
+    vertices: BTreeSet<VertexId>,
+) -> Lip {
     let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
-    let mut corners: BTreeMap<CellId, [VertexId; 4]> = BTreeMap::new();
+    let mut corners: BTreeMap<CellId, [VertexId; N]> = BTreeMap::new();
     for v in vertices {
         let cells = ws.mesh().cells_of_vertex(v).to_vec();
         let (group, count) = ws.mesh().pieces_among(&cells, |side| {
@@ -257,7 +275,7 @@ fn double_vertices(ws: &mut Workspace<'_>, marked: &[FacetSide], vertices: BTree
         .collect();
     let after = |s: FacetSide| {
         let cell = corners.get(&s.cell).copied().unwrap_or_else(|| ws.mesh().cell(s.cell));
-        let mut key: Vec<VertexId> = (0..4).filter(|&k| k != s.local as usize).map(|k| cell[k]).collect();
+        let mut key: Vec<VertexId> = (0..N).filter(|&k| k != s.local as usize).map(|k| cell[k]).collect();
         key.sort_unstable();
         key
     };
@@ -280,7 +298,7 @@ fn double_vertices(ws: &mut Workspace<'_>, marked: &[FacetSide], vertices: BTree
 }
 
 /// Exchanges the corners of cells: all are taken out before any is put back, so that none finds a neighbour it had.
-fn replace_all(ws: &mut Workspace<'_>, corners: &BTreeMap<CellId, [VertexId; 4]>) {
+fn replace_all<const N: usize>(ws: &mut Workspace<'_, N>, corners: &BTreeMap<CellId, [VertexId; N]>) {
     let labels: Vec<_> = corners.keys().map(|&c| ws.mesh().facet_labels(c)).collect();
     for &c in corners.keys() {
         ws.take_out(c);

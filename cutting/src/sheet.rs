@@ -20,7 +20,7 @@ pub(crate) enum Rule {
 
 /// Vertices that the cut goes through before anything is chosen: those on the sweep, and those of earlier cut faces that are
 /// within `d` of it. So a repeated sweep finds the vertices that took it the first time (F31).
-pub(crate) fn take_present(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) {
+pub(crate) fn take_present<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) {
     for v in ws.region_vertices() {
         let distance = piece.nearest(&ws.position(v)).distance;
         let exact = distance <= ws.reach(v, 0.0);
@@ -30,7 +30,7 @@ pub(crate) fn take_present(ws: &mut Workspace<'_>, piece: &Piece, snap: f64) {
     }
 }
 
-fn is_on_cut_face(ws: &Workspace<'_>, v: VertexId) -> bool {
+fn is_on_cut_face<const N: usize>(ws: &Workspace<'_, N>, v: VertexId) -> bool {
     let unlabelled = |s: FacetSide| ws.mesh().facet_labels(s.cell)[s.local as usize] == FacetLabel::NONE;
     ws.mesh().boundary_facets_of_vertex(v).any(unlabelled)
 }
@@ -45,7 +45,7 @@ const ROUNDS: usize = 4;
 ///
 /// Corrects S3's order dependence (ascending distance, ties by id) and S5's dropped double hits (both are kept unless they
 /// are closer than `d` to each other: then the sweep turns back inside a distance that is not resolved).
-pub(crate) fn open(ws: &mut Workspace<'_>, piece: &Piece, rule: Rule) {
+pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rule: Rule) {
     for _ in 0..ROUNDS {
         let hits = crossed_edges(ws, piece, rule);
         if hits.is_empty() {
@@ -65,7 +65,7 @@ pub(crate) fn open(ws: &mut Workspace<'_>, piece: &Piece, rule: Rule) {
 
 /// Crossed edges and where. An end that the cut goes through serves the crossings within `d` of it, and all if it does not
 /// lie on the sweep itself (S3).
-fn crossed_edges(ws: &Workspace<'_>, piece: &Piece, rule: Rule) -> Hits {
+fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rule) -> Hits {
     let mut out = Hits::new();
     for e in ws.region_edges() {
         let taken = e.map(|v| ws.on.contains(&v));
@@ -89,7 +89,12 @@ fn crossed_edges(ws: &Workspace<'_>, piece: &Piece, rule: Rule) -> Hits {
     out
 }
 
-fn choose_cut_vertices(ws: &mut Workspace<'_>, piece: &Piece, hits: &Hits, rule: Rule) -> Vec<VertexId> {
+fn choose_cut_vertices<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    piece: &Piece,
+    hits: &Hits,
+    rule: Rule,
+) -> Vec<VertexId> {
     let mut candidates = Vec::new();
     for (e, ts) in hits {
         for &t in ts {
@@ -120,7 +125,7 @@ fn choose_cut_vertices(ws: &mut Workspace<'_>, piece: &Piece, hits: &Hits, rule:
 }
 
 /// Interior vertices go to the nearest point of the sweep, boundary ones along a boundary edge to where the sweep crosses it.
-fn move_onto(ws: &mut Workspace<'_>, piece: &Piece, v: VertexId, hits: &Hits) -> bool {
+fn move_onto<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, v: VertexId, hits: &Hits) -> bool {
     if !ws.mesh().is_boundary_vertex(v) {
         let target = piece.nearest(&ws.position(v)).point;
         return snap::move_interior(ws, v, target);
@@ -141,7 +146,7 @@ fn move_onto(ws: &mut Workspace<'_>, piece: &Piece, v: VertexId, hits: &Hits) ->
         .any(|(_, w, t)| snap::move_on_boundary(ws, v, &[(v, 1.0 - t), (w, t)]))
 }
 
-fn boundary_neighbors(ws: &Workspace<'_>, v: VertexId) -> Vec<VertexId> {
+fn boundary_neighbors<const N: usize>(ws: &Workspace<'_, N>, v: VertexId) -> Vec<VertexId> {
     let facets: Vec<FacetSide> = ws.mesh().boundary_facets_of_vertex(v).collect();
     let mut out: Vec<VertexId> = facets
         .into_iter()
@@ -154,7 +159,7 @@ fn boundary_neighbors(ws: &Workspace<'_>, v: VertexId) -> Vec<VertexId> {
 }
 
 /// Splits the edges that no cut-vertex serves, longest first.
-fn split_crossed(ws: &mut Workspace<'_>, hits: Hits, chosen: &[VertexId], snap: f64) {
+fn split_crossed<const N: usize>(ws: &mut Workspace<'_, N>, hits: Hits, chosen: &[VertexId], snap: f64) {
     let mut edges: Vec<(f64, [VertexId; 2], Vec<f64>)> = Vec::new();
     for (e, ts) in hits {
         if e.iter().any(|v| chosen.contains(v)) {

@@ -1,6 +1,6 @@
 //! Splits: one vertex in, every cell around it replaced by cells that fill the same space.
 
-use kerfem_mesh::{CellId, FacetLabel, FacetSide, VertexId};
+use kerfem_mesh::{CellId, FacetLabel, VertexId};
 
 use crate::workspace::Workspace;
 
@@ -12,7 +12,7 @@ use crate::workspace::Workspace;
 ///      /   \     ->      / | \
 ///     a --- b           a--p--b
 /// ```
-pub(crate) fn split_edge(ws: &mut Workspace<'_>, a: VertexId, b: VertexId, t: f64) -> VertexId {
+pub(crate) fn split_edge<const N: usize>(ws: &mut Workspace<'_, N>, a: VertexId, b: VertexId, t: f64) -> VertexId {
     let ring: Vec<CellId> = ws.mesh().cells_of_edge(a, b).collect();
     let p = ws.add_vertex(&[(a, 1.0 - t), (b, t)]);
     for c in ring {
@@ -23,16 +23,14 @@ pub(crate) fn split_edge(ws: &mut Workspace<'_>, a: VertexId, b: VertexId, t: f6
     p
 }
 
-/// Splits a facet at a point given by weights over its corners. The cell on each side becomes three.
-pub(crate) fn split_facet(
-    ws: &mut Workspace<'_>,
-    side: FacetSide,
+/// Splits a triangle, a facet of tetrahedra or a planar cell, at a point given by weights over its corners. Every cell that
+/// has these corners becomes three.
+pub(crate) fn split_triangle<const N: usize>(
+    ws: &mut Workspace<'_, N>,
     corners: [VertexId; 3],
     weights: [f64; 3],
 ) -> VertexId {
-    let cells: Vec<CellId> = std::iter::once(side.cell)
-        .chain(ws.mesh().other_side(side).map(|s| s.cell))
-        .collect();
+    let cells = cells_with(ws, corners);
     let p = ws.add_vertex(&[
         (corners[0], weights[0]),
         (corners[1], weights[1]),
@@ -45,17 +43,24 @@ pub(crate) fn split_facet(
     p
 }
 
+/// Cells that have all these corners, ascending.
+pub(crate) fn cells_with<const N: usize>(ws: &Workspace<'_, N>, corners: [VertexId; 3]) -> Vec<CellId> {
+    let has = |c: &CellId| corners.iter().all(|v| ws.mesh().cell(*c).contains(v));
+    let around = ws.mesh().cells_of_vertex(corners[0]);
+    around.iter().copied().filter(has).collect()
+}
+
 /// The cell `c` with `gone` replaced by `p`; facets opposite `inner` are new and lie inside `c`.
-fn child(
-    ws: &Workspace<'_>,
+fn child<const N: usize>(
+    ws: &Workspace<'_, N>,
     c: CellId,
     gone: VertexId,
     p: VertexId,
     inner: &[VertexId],
-) -> ([VertexId; 4], [FacetLabel; 4]) {
+) -> ([VertexId; N], [FacetLabel; N]) {
     let corners = ws.mesh().cell(c);
     let mut labels = ws.mesh().facet_labels(c);
-    for k in 0..4 {
+    for k in 0..N {
         if inner.contains(&corners[k]) {
             labels[k] = FacetLabel::NONE;
         }

@@ -1,8 +1,8 @@
-//! The surface that a blade has covered.
+//! The surface that a blade has covered; in the plane, the line.
 
 use std::collections::{BTreeMap, HashMap};
 
-use kerfem_mesh::{Aabb, BoxTree, Point, predicates::orient3d};
+use kerfem_mesh::{Aabb, BoxTree, Point, SimplexMesh, predicates::orient3d};
 
 use crate::CutError;
 use crate::region::TriangleBox;
@@ -15,9 +15,13 @@ const GRAZING: f64 = 1e-7;
 ///
 /// Points that coincide are welded; repeated triangles and those of no area are left out. Pieces are connected through
 /// shared edges.
+///
+/// For planar meshes a sweep is made of line segments ([`Sweep::from_segments`]), connected through shared points. Each
+/// stands for a ribbon perpendicular to the plane, so that lines and surfaces cut by the same exact predicates.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     pieces: Vec<Piece>,
+    planar: bool,
 }
 
 /// A connected part of a sweep: what one pass of cutting uses.
@@ -95,7 +99,76 @@ impl Sweep {
             .into_iter()
             .map(|triangles| Piece::new(&points, &triangles))
             .collect();
-        Ok((Sweep { pieces }, warnings))
+        Ok((Sweep { pieces, planar: false }, warnings))
+    }
+
+    /// A sweep for planar meshes from points (m, `z = 0`) and line segments between them (indices from zero), and warnings
+    /// about what was left out: segments of no length, and repeated ones.
+    ///
+    /// # Errors
+    /// [`CutError::BadSweep`] for a coordinate that is not finite or not in the plane, or an index out of range.
+    pub fn from_segments(points: Vec<Point>, segments: Vec<[usize; 2]>) -> Result<(Sweep, Vec<String>), CutError> {
+        let bad = |reason: String| CutError::BadSweep { reason };
+        if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| p.z != 0.0) {
+            return Err(bad(format!("point {i} has z = {}; a planar sweep lies in z = 0", p.z)));
+        }
+        if let Some(s) = segments.iter().position(|s| s.iter().any(|&i| i >= points.len())) {
+            let count = points.len();
+            return Err(bad(format!(
+                "segment {s} names a point that does not exist; there are {count}"
+            )));
+        }
+        // adding zero turns -0 into +0, so that both are one place
+        let place = |i: usize| [points[i].x + 0.0, points[i].y + 0.0].map(f64::to_bits);
+        let mut kept = BTreeMap::new();
+        let (mut short, mut repeated) = (0, 0);
+        for &[a, b] in &segments {
+            let key = [place(a).min(place(b)), place(a).max(place(b))];
+            if key[0] == key[1] {
+                short += 1;
+            } else if kept.insert(key, [a, b]).is_some() {
+                repeated += 1;
+            }
+        }
+        // a power of two, so that heights round nothing
+        let size = points.iter().map(|p| p.amax()).fold(f64::MIN_POSITIVE, f64::max);
+        let height = size.log2().ceil().exp2() * 4.0;
+        let ends: Vec<usize> = kept.values().flatten().copied().collect();
+        let below = ends.iter().map(|&i| points[i] - Point::z() * height);
+        let above = ends.iter().map(|&i| points[i] + Point::z() * height);
+        let ribbons = (0..kept.len()).flat_map(|k| {
+            let [a, b] = [2 * k, 2 * k + 1];
+            let [over_a, over_b] = [a, b].map(|i| i + ends.len());
+            [[a, b, over_b], [a, over_b, over_a]]
+        });
+        let (mut sweep, mut warnings) = Sweep::new(below.chain(above).collect(), ribbons.collect())?;
+        sweep.planar = true;
+        for (count, what) in [
+            (short, "segments of the sweep have no length"),
+            (repeated, "repeated segments of the sweep"),
+        ] {
+            if count > 0 {
+                let were = if what.ends_with("length") { "and were" } else { "were" };
+                warnings.push(format!("{count} {what} {were} ignored"));
+            }
+        }
+        Ok((sweep, warnings))
+    }
+
+    /// Refuses a mesh of the other kind.
+    pub(crate) fn fits<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Result<(), CutError> {
+        match (N, self.planar) {
+            (3, _) if !mesh.is_planar() => Err(CutError::WrongKind(
+                "a surface in space cannot be cut; accepted: tetrahedra, and triangles in the plane z = 0",
+            )),
+            (3, false) if !self.is_empty() => Err(CutError::WrongKind(
+                "triangles in the plane cannot be cut by a surface; accepted: a sweep of line segments",
+            )),
+            (4, true) if !self.is_empty() => Err(CutError::WrongKind(
+                "tetrahedra cannot be cut by line segments; accepted: a sweep of triangles",
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// Whether nothing is left to cut with.

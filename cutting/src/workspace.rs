@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::Borders;
-use kerfem_mesh::{CellId, Edit, FacetLabel, Mark, Point, TetMesh, VertexId, Weights, quality};
+use kerfem_mesh::{CellId, Edit, FacetLabel, Mark, Point, SimplexMesh, VertexId, Weights, quality};
 
 /// Fraction of the local size within which two places are one.
 pub(crate) const TINY: f64 = 1e-9;
 
 /// A mesh inside a cut.
-pub(crate) struct Workspace<'a> {
-    pub(crate) edit: Edit<'a, 4>,
+pub(crate) struct Workspace<'a, const N: usize> {
+    pub(crate) edit: Edit<'a, N>,
     /// Cells near the current piece of the sweep, and what became of them.
     pub(crate) region: BTreeSet<CellId>,
     /// Vertices that the cut goes through.
@@ -23,9 +23,9 @@ pub(crate) struct Workspace<'a> {
     descendants: HashMap<CellId, Vec<CellId>>,
 }
 
-impl<'a> Workspace<'a> {
+impl<'a, const N: usize> Workspace<'a, N> {
     /// Begins a cut; `positions` in the cutting frame, one for each vertex slot.
-    pub(crate) fn new(mesh: &'a mut TetMesh, positions: &'a [Point], borders: Borders<'a>) -> Self {
+    pub(crate) fn new(mesh: &'a mut SimplexMesh<N>, positions: &'a [Point], borders: Borders<'a>) -> Self {
         Workspace {
             edit: Edit::new(mesh),
             region: BTreeSet::new(),
@@ -38,7 +38,7 @@ impl<'a> Workspace<'a> {
         }
     }
 
-    pub(crate) fn mesh(&self) -> &TetMesh {
+    pub(crate) fn mesh(&self) -> &SimplexMesh<N> {
         self.edit.mesh()
     }
 
@@ -50,7 +50,7 @@ impl<'a> Workspace<'a> {
             .unwrap_or_else(|| self.positions[v.index()])
     }
 
-    pub(crate) fn cell_positions(&self, c: CellId) -> [Point; 4] {
+    pub(crate) fn cell_positions(&self, c: CellId) -> [Point; N] {
         self.mesh().cell(c).map(|v| self.position(v))
     }
 
@@ -66,7 +66,7 @@ impl<'a> Workspace<'a> {
         out
     }
 
-    /// How far the cut may be from a vertex that takes it: the fraction `snap` of [`TetMesh::local_size`], the mean edge
+    /// How far the cut may be from a vertex that takes it: the fraction `snap` of [`SimplexMesh::local_size`], the mean edge
     /// before any cut, so that cutting the same place again finds the same vertices near.
     pub(crate) fn reach(&self, v: VertexId, snap: f64) -> f64 {
         snap.max(TINY) * self.mesh().local_size(v)
@@ -93,10 +93,8 @@ impl<'a> Workspace<'a> {
         let mut out = BTreeSet::new();
         for &c in &self.region {
             let v = self.mesh().cell(c);
-            for i in 0..4 {
-                for j in 0..i {
-                    out.insert([v[i].min(v[j]), v[i].max(v[j])]);
-                }
+            for [i, j] in quality::edges::<N>() {
+                out.insert([v[*i].min(v[*j]), v[*i].max(v[*j])]);
             }
         }
         out.into_iter().collect()
@@ -113,7 +111,7 @@ impl<'a> Workspace<'a> {
     }
 
     /// Replaces a cell by others that fill the same space.
-    pub(crate) fn replace(&mut self, c: CellId, children: &[([VertexId; 4], [FacetLabel; 4])]) {
+    pub(crate) fn replace(&mut self, c: CellId, children: &[([VertexId; N], [FacetLabel; N])]) {
         self.take_out(c);
         self.put_in(c, children);
     }
@@ -125,7 +123,7 @@ impl<'a> Workspace<'a> {
     }
 
     /// Second half of a replacement: cells that inherit from `c` and are near the sweep if it was.
-    pub(crate) fn put_in(&mut self, c: CellId, children: &[([VertexId; 4], [FacetLabel; 4])]) {
+    pub(crate) fn put_in(&mut self, c: CellId, children: &[([VertexId; N], [FacetLabel; N])]) {
         let ids: Vec<CellId> = children
             .iter()
             .map(|(corners, labels)| self.edit.add_cell(*corners, c, *labels))
@@ -182,7 +180,7 @@ impl<'a> Workspace<'a> {
                 let label = self.mesh().facet_labels(side.cell)[side.local as usize];
                 let original = label.some().map(|k| self.mesh().original_facets()[k]);
                 let p = self.mesh().facet_corners(side).map(|u| self.mesh().rest_position(u));
-                let normal = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
+                let normal = quality::facet_normal::<N>(&p).normalize();
                 (
                     original.map_or(0, |corners| (self.borders.facet_group)(label, corners)),
                     normal,

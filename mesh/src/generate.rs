@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::quality::tet_volume;
-use crate::{MeshError, Point, TetMesh};
+use crate::{MeshError, Point, TetMesh, TriMesh};
 
 /// Corners of the six tetrahedra of a unit cell (Kuhn's subdivision): all share the diagonal from corner 0 to corner 7;
 /// corner number = `x + 2 y + 4 z`.
@@ -42,6 +42,42 @@ pub fn try_box_tets(size: [f64; 3], cells: [usize; 3], origin: [f64; 3]) -> Resu
     check_count("the box", corners.saturating_mul(6))?;
     let (points, tets) = box_lists(size, cells, origin);
     TetMesh::new(points, tets)
+}
+
+/// A rectangle of `cells` rectangles in the plane `z = 0`, two triangles each, with a corner at `origin` (m). The diagonals
+/// alternate, so that no direction is preferred. Vertex `i + (nx+1) j` lies at grid place `(i, j)`. A zero cell count or a
+/// size that is not positive gives an empty mesh.
+///
+/// # Errors
+/// [`MeshError`] if there are too many cells, a coordinate is not finite, or cells have no area because the rectangle is too
+/// small for the rounding at its place.
+pub fn rect_triangles(size: [f64; 2], cells: [usize; 2], origin: [f64; 2]) -> Result<TriMesh, MeshError> {
+    let [nx, ny] = cells;
+    if cells.contains(&0) || !size.iter().all(|&s| s > 0.0) {
+        return TriMesh::new(Vec::new(), Vec::new());
+    }
+    check_count(
+        "the rectangle",
+        nx.saturating_add(1)
+            .saturating_mul(ny.saturating_add(1))
+            .saturating_mul(2),
+    )?;
+    let at = |i: usize, n: usize, axis: usize| origin[axis] + size[axis] * (i as f64 / n as f64);
+    let mut points = Vec::with_capacity((nx + 1) * (ny + 1));
+    let mut triangles = Vec::with_capacity(2 * nx * ny);
+    for j in 0..=ny {
+        points.extend((0..=nx).map(|i| Point::new(at(i, nx, 0), at(j, ny, 1), 0.0)));
+    }
+    for j in 0..ny {
+        for i in 0..nx {
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| i + (nx + 1) * j);
+            triangles.extend(match (i + j) % 2 {
+                0 => [[a, b, c], [a, c, d]],
+                _ => [[a, b, d], [b, c, d]],
+            });
+        }
+    }
+    TriMesh::new(points, triangles)
 }
 
 fn check_count(what: &'static str, count: usize) -> Result<(), MeshError> {

@@ -2,7 +2,7 @@
 //!
 //! Coordinates should stay between 1e-50 and 1e50 in magnitude: outside, products under- or overflow.
 
-use robust::Coord3D;
+use robust::{Coord, Coord3D};
 
 use crate::Point;
 
@@ -17,4 +17,22 @@ fn coord(p: Point) -> Coord3D<f64> {
 pub fn orient3d(a: Point, b: Point, c: Point, d: Point) -> f64 {
     // robust's convention has the opposite sign
     -robust::orient3d(coord(a), coord(b), coord(c), coord(d))
+}
+
+/// Positive if `a, b, c` turn counter-clockwise seen from above, by their first two coordinates; zero exactly if they lie on a
+/// line. The sign is exact; the magnitude approximates twice the area.
+#[inline]
+pub fn orient2d(a: Point, b: Point, c: Point) -> f64 {
+    let flat = |p: Point| Coord { x: p.x, y: p.y };
+    robust::orient2d(flat(a), flat(b), flat(c))
+}
+
+/// Orientation of a cell: [`orient3d`] of a tetrahedron, [`orient2d`] of a planar triangle. Exact sign.
+#[inline]
+pub fn orientation<const N: usize>(p: &[Point; N]) -> f64 {
+    if N == 4 {
+        orient3d(p[0], p[1], p[2], p[3])
+    } else {
+        orient2d(p[0], p[1], p[2])
+    }
 }

@@ -1,9 +1,40 @@
-//! Measures of cells: single tetrahedra, whole meshes ([`report`], [`histograms`]), at rest or deformed.
+//! Measures of cells, tetrahedra (`N = 4`) and triangles (`N = 3`), and of whole meshes ([`report`], [`histograms`]), at
+//! rest or deformed.
 
-use crate::{CellId, Point, TetMesh, VertexId};
+use crate::{CellId, Point, SimplexMesh, VertexId};
 
-/// Ends of the six edges of a tetrahedron, in the order of [`edge_lengths`] and [`dihedral_angles`].
+/// Ends of the six edges of a tetrahedron, in the order of [`edge_lengths`] and [`angles`].
 pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
+
+/// Ends of the edges of a cell with `N` corners.
+pub fn edges<const N: usize>() -> &'static [[usize; 2]] {
+    if N == 4 { &TET_EDGES } else { &TRIANGLE_EDGES }
+}
+
+/// Volume of a cell: signed, of a tetrahedron (m³); area of a triangle (m²), signed where it is parallel to the plane
+/// `z = 0`.
+#[inline]
+pub fn cell_volume<const N: usize>(p: &[Point; N]) -> f64 {
+    if N == 4 {
+        return tet_volume(&[p[0], p[1], p[2], p[3]]);
+    }
+    let twice = (p[1] - p[0]).cross(&(p[2] - p[0]));
+    let signed = twice.x == 0.0 && twice.y == 0.0;
+    if signed { twice.z / 2.0 } else { twice.norm() / 2.0 }
+}
+
+/// Outward normal of a facet given by its corners in the order of [`SimplexMesh::facet_corners`], twice as long as the facet
+/// is large: its area (m²) for a tetrahedron, its length (m) for a planar triangle.
+#[inline]
+pub fn facet_normal<const N: usize>(p: &[Point; 3]) -> Point {
+    if N == 4 {
+        return (p[1] - p[0]).cross(&(p[2] - p[0]));
+    }
+    let d = (p[1] - p[0]) * 2.0;
+    Point::new(d.y, -d.x, 0.0)
+}
 
 /// Signed volume of a tetrahedron (m³).
 #[inline]
@@ -11,14 +42,21 @@ pub fn tet_volume(p: &[Point; 4]) -> f64 {
     (p[1] - p[0]).cross(&(p[2] - p[0])).dot(&(p[3] - p[0])) / 6.0
 }
 
-/// Volume of a mesh at rest (m³).
-pub fn volume(mesh: &TetMesh) -> f64 {
-    mesh.cell_ids().map(|c| tet_volume(&mesh.cell_rest_positions(c))).sum()
+/// Volume of a mesh at rest (m³); for triangles its area (m²).
+pub fn volume<const N: usize>(mesh: &SimplexMesh<N>) -> f64 {
+    mesh.cell_ids().map(|c| cell_volume(&mesh.cell_rest_positions(c))).sum()
 }
 
-/// Radius ratio `3 r / R` of a tetrahedron (inscribed over circumscribed sphere): 1 for a regular one, 0 for a flat one,
-/// negative for an inverted one.
-pub fn radius_ratio(p: &[Point; 4]) -> f64 {
+/// Radius ratio (inscribed over circumscribed sphere or circle) times `N - 1`: `3 r / R` of a tetrahedron, `2 r / R` of a
+/// triangle. 1 for a regular cell, 0 for a flat one, negative for an inverted one.
+pub fn radius_ratio<const N: usize>(p: &[Point; N]) -> f64 {
+    if N == 3 {
+        // r = 2 A / (a + b + c), R = a b c / (4 A)
+        let area = cell_volume(p);
+        let [a, b, c] = TRIANGLE_EDGES.map(|[i, j]| (p[j] - p[i]).norm());
+        let d = (a + b + c) * a * b * c;
+        return if d > 0.0 { 16.0 * area * area.abs() / d } else { 0.0 };
+    }
     let (a, b, c) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
     let six_v = a.cross(&b).dot(&c);
     let areas2 = a.cross(&b).norm() + b.cross(&c).norm() + c.cross(&a).norm() + (b - a).cross(&(c - a)).norm();
@@ -28,9 +66,26 @@ pub fn radius_ratio(p: &[Point; 4]) -> f64 {
     if d > 0.0 { 6.0 * six_v * six_v.abs() / d } else { 0.0 }
 }
 
-/// Lengths (m) of the six edges [`TET_EDGES`].
-pub fn edge_lengths(p: &[Point; 4]) -> [f64; 6] {
-    TET_EDGES.map(|[i, j]| (p[j] - p[i]).norm())
+/// Lengths (m) of the [`edges`] of a cell.
+pub fn edge_lengths<const N: usize>(p: &[Point; N]) -> impl Iterator<Item = f64> + use<N> {
+    let p = *p;
+    edges::<N>().iter().map(move |[i, j]| (p[*j] - p[*i]).norm())
+}
+
+/// Angles (degrees, 0 to 180) inside a cell: the six [`dihedral_angles`] of a tetrahedron, the three at the corners of a
+/// triangle.
+pub fn angles<const N: usize>(p: &[Point; N]) -> impl Iterator<Item = f64> + use<N> {
+    let (all, count) = if N == 4 {
+        (dihedral_angles(&[p[0], p[1], p[2], p[3]]), 6)
+    } else {
+        let mut all = [0.0; 6];
+        for k in 0..3 {
+            let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+            all[k] = u.cross(&v).norm().atan2(u.dot(&v)).to_degrees();
+        }
+        (all, 3)
+    };
+    all.into_iter().take(count)
 }
 
 /// Angles (degrees, 0 to 180) between the two facets at each of the six edges [`TET_EDGES`]: arccos(1/3) = 70.53 for a
@@ -48,13 +103,22 @@ pub fn dihedral_angles(p: &[Point; 4]) -> [f64; 6] {
     angles
 }
 
-/// Longest edge over inradius (Y6): `2 sqrt 6 = 4.899` for a regular tetrahedron, more than 200 is called bad there,
-/// infinite for a flat one. An inverted one has the value of its mirror image.
-pub fn edge_over_inradius(p: &[Point; 4]) -> f64 {
+/// Longest edge over inradius (Y6): `2 sqrt 6 = 4.899` for a regular tetrahedron, `2 sqrt 3 = 3.464` for a regular
+/// triangle, more than 200 is called bad there, infinite for a flat one. An inverted one has the value of its mirror image.
+pub fn edge_over_inradius<const N: usize>(p: &[Point; N]) -> f64 {
+    if N == 3 {
+        let area = cell_volume(p).abs();
+        let (longest, around) = edge_lengths(p).fold((0.0, 0.0), |(m, s), l| (f64::max(m, l), s + l));
+        return if area > 0.0 {
+            longest * around / (2.0 * area)
+        } else {
+            f64::INFINITY
+        };
+    }
     let (a, b, c) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
     let six_v = a.cross(&b).dot(&c).abs();
     let areas2 = a.cross(&b).norm() + b.cross(&c).norm() + c.cross(&a).norm() + (b - a).cross(&(c - a)).norm();
-    let longest = edge_lengths(p).into_iter().fold(0.0, f64::max);
+    let longest = edge_lengths(p).fold(0.0, f64::max);
     if six_v > 0.0 {
         longest * areas2 / six_v
     } else {
@@ -72,9 +136,9 @@ pub struct QualityReport {
     pub min_radius_ratio: f64,
     /// Mean [`radius_ratio`].
     pub mean_radius_ratio: f64,
-    /// Smallest of the [`dihedral_angles`] (degrees).
+    /// Smallest of the [`angles`] (degrees).
     pub min_dihedral_deg: f64,
-    /// Largest of the [`dihedral_angles`] (degrees).
+    /// Largest of the [`angles`] (degrees).
     pub max_dihedral_deg: f64,
     /// Largest [`edge_over_inradius`].
     pub max_edge_over_inradius: f64,
@@ -86,7 +150,7 @@ pub struct QualityReport {
 
 /// Quality of the cells of a mesh with its vertices at `positions` (m), indexed by [`VertexId`] over all slots: the rest
 /// positions, or deformed ones.
-pub fn report(mesh: &TetMesh, positions: &[Point]) -> QualityReport {
+pub fn report<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point]) -> QualityReport {
     let mut sum = 0.0;
     let (mut ratio, mut angle, mut aspect) = (Range::default(), Range::default(), Range::default());
     let (mut volume, mut edge) = (Range::default(), Range::default());
@@ -95,10 +159,10 @@ pub fn report(mesh: &TetMesh, positions: &[Point]) -> QualityReport {
         let r = radius_ratio(&p);
         sum += r;
         ratio.add(r);
-        dihedral_angles(&p).into_iter().for_each(|a| angle.add(a));
+        angles(&p).for_each(|a| angle.add(a));
         aspect.add(edge_over_inradius(&p));
-        volume.add(tet_volume(&p).abs());
-        edge_lengths(&p).into_iter().for_each(|l| edge.add(l));
+        volume.add(cell_volume(&p).abs());
+        edge_lengths(&p).for_each(|l| edge.add(l));
     }
     let cells = mesh.num_cells();
     if cells == 0 {
@@ -116,7 +180,7 @@ pub fn report(mesh: &TetMesh, positions: &[Point]) -> QualityReport {
     }
 }
 
-fn corners(mesh: &TetMesh, positions: &[Point], cell: CellId) -> [Point; 4] {
+fn corners<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point], cell: CellId) -> [Point; N] {
     mesh.cell(cell).map(|v| positions[v.index()])
 }
 
@@ -187,18 +251,22 @@ impl Histogram {
 }
 
 /// Histograms of every measure, with `bins` ranges each (at least one), for vertices at `positions` as in [`report`]:
-/// `radius_ratio` from 0 to 1, `dihedral_deg` from 0 to 180 (six angles a cell), `edge_over_inradius` from the regular
-/// 4.899 to the bad 200 in equal factors, `volume_over_mean` and `edge_over_mean` (every edge once) from 0 to 4.
-pub fn histograms(mesh: &TetMesh, positions: &[Point], bins: usize) -> Vec<Histogram> {
+/// `radius_ratio` from 0 to 1, `dihedral_deg` (triangles: `angle_deg`) from 0 to 180 for all [`angles`],
+/// `edge_over_inradius` from that of a regular cell to the bad 200 in equal factors, `volume_over_mean` and `edge_over_mean` (every edge once) from 0 to 4.
+pub fn histograms<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point], bins: usize) -> Vec<Histogram> {
     let bins = bins.max(1);
     let steps = || (0..=bins).map(|k| k as f64 / bins as f64);
     let linear = |upper: f64| steps().map(|s| s * upper).collect::<Vec<_>>();
-    let regular = 0.999_999 * 24.0_f64.sqrt(); // rounding must not put a regular cell below
+    let regular = 0.999_999 * if N == 4 { 24.0_f64 } else { 12.0 }.sqrt(); // rounding must not put a regular cell below
     let factors = steps().map(|s| regular * (200.0 / regular).powf(s)).collect();
-    let cells: Vec<[Point; 4]> = mesh.cell_ids().map(|c| corners(mesh, positions, c)).collect();
+    let cells: Vec<[Point; N]> = mesh.cell_ids().map(|c| corners(mesh, positions, c)).collect();
     let mut edges: Vec<[VertexId; 2]> = mesh
         .cell_ids()
-        .flat_map(|c| TET_EDGES.map(|[i, j]| [mesh.cell(c)[i], mesh.cell(c)[j]]))
+        .flat_map(|c| {
+            edges::<N>()
+                .iter()
+                .map(move |[i, j]| [mesh.cell(c)[*i], mesh.cell(c)[*j]])
+        })
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     edges.sort_unstable();
@@ -207,7 +275,7 @@ pub fn histograms(mesh: &TetMesh, positions: &[Point], bins: usize) -> Vec<Histo
         .iter()
         .map(|[a, b]| (positions[a.index()] - positions[b.index()]).norm())
         .collect();
-    let volumes: Vec<f64> = cells.iter().map(tet_volume).collect();
+    let volumes: Vec<f64> = cells.iter().map(cell_volume).collect();
     let over_mean = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         values.iter().map(|v| v / mean).collect::<Vec<_>>()
@@ -218,7 +286,11 @@ pub fn histograms(mesh: &TetMesh, positions: &[Point], bins: usize) -> Vec<Histo
             linear(1.0),
             cells.iter().map(radius_ratio).map(at_most_one),
         ),
-        Histogram::new("dihedral_deg", linear(180.0), cells.iter().flat_map(dihedral_angles)),
+        Histogram::new(
+            if N == 4 { "dihedral_deg" } else { "angle_deg" },
+            linear(180.0),
+            cells.iter().flat_map(angles),
+        ),
         Histogram::new("edge_over_inradius", factors, cells.iter().map(edge_over_inradius)),
         Histogram::new("volume_over_mean", linear(4.0), over_mean(&volumes).into_iter()),
         Histogram::new("edge_over_mean", linear(4.0), over_mean(&lengths).into_iter()),
@@ -233,7 +305,7 @@ fn at_most_one(ratio: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate;
+    use crate::{TetMesh, TriMesh, generate};
 
     fn regular() -> [Point; 4] {
         [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]].map(Point::from)
@@ -258,7 +330,7 @@ mod tests {
                 .iter()
                 .all(|&a| close(a, (1.0_f64 / 3.0).acos().to_degrees()))
         );
-        assert!(edge_lengths(&p).iter().all(|&l| close(l, 8.0_f64.sqrt())));
+        assert!(edge_lengths(&p).all(|l| close(l, 8.0_f64.sqrt())));
     }
 
     #[test]
@@ -271,7 +343,7 @@ mod tests {
         let slope = 2.0_f64.sqrt().atan().to_degrees();
         let expected = [90.0, 90.0, 90.0, slope, slope, slope];
         assert!(dihedral_angles(&p).iter().zip(expected).all(|(&a, b)| close(a, b)));
-        assert_eq!(edge_lengths(&p)[..3], [1.0; 3]);
+        assert_eq!(edge_lengths(&p).take(3).collect::<Vec<_>>(), [1.0; 3]);
     }
 
     #[test]
@@ -349,5 +421,38 @@ mod tests {
         assert_eq!(all[2].counts, [1, 0, 0, 0, 0]);
         let mirrored: Vec<Point> = one.rest_positions().iter().map(|p| -p).collect();
         assert_eq!(histograms(&one, &mirrored, 5)[0].below, 1);
+    }
+
+    #[test]
+    fn triangles_have_the_measures_of_their_circles() {
+        let height = 0.75_f64.sqrt();
+        let regular = [Point::zeros(), Point::x(), Point::new(0.5, height, 0.0)];
+        assert!(close(radius_ratio(&regular), 1.0) && close(edge_over_inradius(&regular), 2.0 * 3.0_f64.sqrt()));
+        assert!(angles(&regular).all(|a| close(a, 60.0)) && angles(&regular).count() == 3);
+        let corner = [Point::zeros(), Point::x(), Point::y()];
+        // r = (2 - sqrt 2) / 2, R = sqrt 2 / 2
+        assert!(close(
+            radius_ratio(&corner),
+            2.0 * (2.0 - 2.0_f64.sqrt()) / 2.0_f64.sqrt()
+        ));
+        assert!(close(cell_volume(&corner), 0.5));
+        let turned = [corner[0], corner[2], corner[1]];
+        assert!(close(radius_ratio(&turned), -radius_ratio(&corner)));
+        let leaning = corner.map(|p| Point::new(p.x, p.y, p.x));
+        assert!(close(cell_volume(&leaning), 0.5_f64.sqrt()));
+        let flat = [Point::zeros(), Point::x(), 2.0 * Point::x()];
+        assert_eq!((radius_ratio(&flat), edge_over_inradius(&flat)), (0.0, f64::INFINITY));
+        let mesh = TriMesh::new(
+            vec![Point::zeros(), Point::x(), Point::y(), Point::new(1.0, 1.0, 0.0)],
+            vec![[0, 1, 2], [1, 3, 2]],
+        )
+        .unwrap();
+        let r = report(&mesh, mesh.rest_positions());
+        assert!(close(r.min_dihedral_deg, 45.0) && close(r.max_dihedral_deg, 90.0) && close(volume(&mesh), 1.0));
+        let counted: Vec<usize> = histograms(&mesh, mesh.rest_positions(), 4)
+            .iter()
+            .map(|h| h.counts.iter().sum())
+            .collect();
+        assert_eq!(counted, [2, 6, 2, 2, 5]);
     }
 }

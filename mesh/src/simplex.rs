@@ -12,7 +12,8 @@ pub type Point = Vector3<f64>;
 /// Tetrahedra: four corners, positively oriented (`(b-a) x (c-a) . (d-a) > 0`).
 pub type TetMesh = SimplexMesh<4>;
 
-/// Triangles: three corners.
+/// Triangles: three corners. With `z = 0` everywhere a planar mesh ([`SimplexMesh::is_planar`]): counter-clockwise; else a
+/// surface in space.
 pub type TriMesh = SimplexMesh<3>;
 
 /// What is wrong with positions and cells that should become a mesh, with the place and the numbers.
@@ -133,13 +134,14 @@ pub struct SimplexMesh<const N: usize> {
     pub(crate) live_vertices: usize,
     pub(crate) original_facets: Vec<[VertexId; 3]>,
     pub(crate) local_sizes: Vec<f64>,
+    pub(crate) planar: bool,
 }
 
 impl<const N: usize> SimplexMesh<N> {
     /// A mesh from rest positions (m) and cells (indices from zero).
     ///
-    /// Tetrahedra that are all negatively oriented are all turned (a file with the other convention); a mixture is an
-    /// error. Vertices that no cell names are kept. Every boundary facet gets a [`FacetLabel`]: its index in
+    /// Tetrahedra, or triangles in the plane `z = 0`, that are all negatively oriented are all turned (a file with the other
+    /// convention); a mixture is an error. Vertices that no cell names are kept. Every boundary facet gets a [`FacetLabel`]: its index in
     /// [`Self::original_facets`].
     ///
     /// # Errors
@@ -174,7 +176,8 @@ impl<const N: usize> SimplexMesh<N> {
             }
         }
         let mut cells: Vec<[VertexId; N]> = cells.iter().map(|c| c.map(|v| VertexId(v as u32))).collect();
-        orient(&rest_positions, &mut cells)?;
+        let planar = N == 3 && rest_positions.iter().all(|p| p.z == 0.0);
+        orient(&rest_positions, &mut cells, planar)?;
 
         let mut mesh = SimplexMesh {
             vertex_alive: vec![true; count],
@@ -188,6 +191,7 @@ impl<const N: usize> SimplexMesh<N> {
             local_sizes: Vec::new(),
             rest_positions,
             cells,
+            planar,
         };
         for c in 0..mesh.cells.len() {
             for v in mesh.cells[c] {
@@ -239,13 +243,16 @@ impl<const N: usize> SimplexMesh<N> {
                                 corners,
                             });
                         }
-                        if N == 4 {
+                        if N == 4 || self.planar {
                             let f = self.facet_corners(*first).map(|v| self.rest_positions[v.index()]);
-                            let apex = self.rest_positions[self.cells[c][k].index()];
-                            let own = self.rest_positions[a[first.local as usize].index()];
-                            let s = predicates::orient3d(f[0], f[1], f[2], apex);
-                            let t = predicates::orient3d(f[0], f[1], f[2], own);
-                            if (s > 0.0) == (t > 0.0) {
+                            let side = |v: VertexId| {
+                                let p = self.rest_positions[v.index()];
+                                match N {
+                                    4 => predicates::orient3d(f[0], f[1], f[2], p),
+                                    _ => predicates::orient2d(f[0], f[1], p),
+                                }
+                            };
+                            if (side(self.cells[c][k]) > 0.0) == (side(a[first.local as usize]) > 0.0) {
                                 let (first, facet) = (first.cell.index(), plain(key));
                                 return Err(MeshError::Overlap {
                                     first,
@@ -269,6 +276,12 @@ impl<const N: usize> SimplexMesh<N> {
             }
         }
         Ok(())
+    }
+
+    /// Whether this is a mesh of triangles in the plane `z = 0`.
+    #[inline]
+    pub fn is_planar(&self) -> bool {
+        self.planar
     }
 
     /// Number of cells that exist.
@@ -575,9 +588,9 @@ impl<const N: usize> SimplexMesh<N> {
                 return Err(format!("cell {} is missing from the list of its vertex {}", c.0, v.0));
             }
         }
-        if N == 4 {
+        if N == 4 || self.planar {
             let p = corners.map(|v| self.rest_positions[v.index()]);
-            if predicates::orient3d(p[0], p[1], p[2], p[3]) <= 0.0 {
+            if predicates::orientation(&p) <= 0.0 {
                 return Err(format!(
                     "cell {} is inverted or degenerate at rest: corners {:?}",
                     c.0,
@@ -636,26 +649,19 @@ impl<const N: usize> SimplexMesh<N> {
     }
 }
 
-fn orient<const N: usize>(positions: &[Point], cells: &mut [[VertexId; N]]) -> Result<(), MeshError> {
-    let zero = |cell: usize, c: &[VertexId; N]| MeshError::ZeroVolume {
-        cell,
-        corners: c.iter().map(|v| v.index()).collect(),
-    };
-    if N == 3 {
-        for (cell, c) in cells.iter().enumerate() {
-            let p = [0, 1, 2].map(|k| positions[c[k].index()]);
-            if (p[1] - p[0]).cross(&(p[2] - p[0])).norm() == 0.0 {
-                return Err(zero(cell, c));
-            }
-        }
-        return Ok(());
-    }
+fn orient<const N: usize>(positions: &[Point], cells: &mut [[VertexId; N]], planar: bool) -> Result<(), MeshError> {
     let mut negative = Vec::new();
     for (cell, c) in cells.iter().enumerate() {
-        let p = [0, 1, 2, 3].map(|k| positions[c[k].index()]);
-        let s = predicates::orient3d(p[0], p[1], p[2], p[3]);
+        let p = c.map(|v| positions[v.index()]);
+        let s = match N == 4 || planar {
+            true => predicates::orientation(&p),
+            false => (p[1] - p[0]).cross(&(p[2] - p[0])).norm(),
+        };
         if s == 0.0 {
-            return Err(zero(cell, c));
+            return Err(MeshError::ZeroVolume {
+                cell,
+                corners: c.iter().map(|v| v.index()).collect(),
+            });
         }
         if s < 0.0 {
             negative.push(cell);
