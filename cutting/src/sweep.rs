@@ -11,6 +11,10 @@ use crate::region::TriangleBox;
 /// as lying in the plane.
 const GRAZING: f64 = 1e-7;
 
+/// Turn of a planar line (radians) above which the cut goes through the very corner; through smaller ones it goes between
+/// the edges of the mesh that it crosses, as a surface does through its creases.
+const SHARP: f64 = std::f64::consts::FRAC_PI_6;
+
 /// A triangulated surface, open or closed, in any number of pieces.
 ///
 /// Points that coincide are welded; repeated triangles and those of no area are left out. Pieces are connected through
@@ -47,6 +51,15 @@ impl Sweep {
     /// # Errors
     /// [`CutError::BadSweep`] for a coordinate that is not finite or an index out of range.
     pub fn new(points: Vec<Point>, triangles: Vec<[usize; 3]>) -> Result<(Sweep, Vec<String>), CutError> {
+        Self::build(points, triangles, |_, triangles| triangles == 1)
+    }
+
+    /// [`Self::new`] with the edges that are to be border chosen by their points and how many triangles they belong to.
+    fn build(
+        points: Vec<Point>,
+        triangles: Vec<[usize; 3]>,
+        is_border: impl Fn([Point; 2], usize) -> bool,
+    ) -> Result<(Sweep, Vec<String>), CutError> {
         let bad = |reason: String| CutError::BadSweep { reason };
         if let Some((i, p)) = points
             .iter()
@@ -97,7 +110,7 @@ impl Sweep {
         }
         let pieces = connected(kept.into_values().collect())
             .into_iter()
-            .map(|triangles| Piece::new(&points, &triangles))
+            .map(|triangles| Piece::new(&points, &triangles, &is_border))
             .collect();
         Ok((Sweep { pieces, planar: false }, warnings))
     }
@@ -109,8 +122,12 @@ impl Sweep {
     /// [`CutError::BadSweep`] for a coordinate that is not finite or not in the plane, or an index out of range.
     pub fn from_segments(points: Vec<Point>, segments: Vec<[usize; 2]>) -> Result<(Sweep, Vec<String>), CutError> {
         let bad = |reason: String| CutError::BadSweep { reason };
-        if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| p.z != 0.0) {
-            return Err(bad(format!("point {i} has z = {}; a planar sweep lies in z = 0", p.z)));
+        let in_plane = |p: &Point| p.x.is_finite() && p.y.is_finite() && p.z == 0.0;
+        if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| !in_plane(p)) {
+            let [x, y, z] = [p.x, p.y, p.z];
+            return Err(bad(format!(
+                "point {i} is ({x}, {y}, {z}); a planar sweep lies in z = 0"
+            )));
         }
         if let Some(s) = segments.iter().position(|s| s.iter().any(|&i| i >= points.len())) {
             let count = points.len();
@@ -130,6 +147,12 @@ impl Sweep {
                 repeated += 1;
             }
         }
+        let mut directions: BTreeMap<[u64; 2], Vec<Point>> = BTreeMap::new();
+        for &[a, b] in kept.values() {
+            let along = (points[b] - points[a]).normalize();
+            directions.entry(place(a)).or_default().push(along);
+            directions.entry(place(b)).or_default().push(-along);
+        }
         // a power of two, so that heights round nothing
         let size = points.iter().map(|p| p.amax()).fold(f64::MIN_POSITIVE, f64::max);
         let height = size.log2().ceil().exp2() * 4.0;
@@ -141,7 +164,15 @@ impl Sweep {
             let [over_a, over_b] = [a, b].map(|i| i + ends.len());
             [[a, b, over_b], [a, over_b, over_a]]
         });
-        let (mut sweep, mut warnings) = Sweep::new(below.chain(above).collect(), ribbons.collect())?;
+        // ends, branches and sharp corners: a vertex must come to lie there, the line does not pass straight on
+        let is_border = |[p, q]: [Point; 2], _| {
+            p.xy() == q.xy()
+                && match directions[&[p.x + 0.0, p.y + 0.0].map(f64::to_bits)].as_slice() {
+                    [one, other] => one.dot(other) > -SHARP.cos(),
+                    _ => true,
+                }
+        };
+        let (mut sweep, mut warnings) = Sweep::build(below.chain(above).collect(), ribbons.collect(), is_border)?;
         sweep.planar = true;
         for (count, what) in [
             (short, "segments of the sweep have no length"),
@@ -228,15 +259,16 @@ fn connected(triangles: Vec<[usize; 3]>) -> Vec<Vec<[usize; 3]>> {
 }
 
 impl Piece {
-    fn new(points: &[Point], triangles: &[[usize; 3]]) -> Piece {
+    fn new(points: &[Point], triangles: &[[usize; 3]], is_border: impl Fn([Point; 2], usize) -> bool) -> Piece {
         let mut uses: BTreeMap<[usize; 2], usize> = BTreeMap::new();
         for e in triangles.iter().flat_map(|t| edges(*t)) {
             *uses.entry(e).or_default() += 1;
         }
         let border: Vec<[Point; 2]> = uses
             .into_iter()
-            .filter(|(_, n)| *n == 1)
-            .map(|(e, _)| e.map(|i| points[i]))
+            .map(|(e, n)| (e.map(|i| points[i]), n))
+            .filter(|(e, n)| is_border(*e, *n))
+            .map(|(e, _)| e)
             .collect();
         let triangles: Vec<[Point; 3]> = triangles.iter().map(|t| t.map(|i| points[i])).collect();
         let numbered = |k: usize, b: Aabb| (k as u32, b);

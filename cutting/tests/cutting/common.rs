@@ -1,7 +1,7 @@
 //! Meshes, sweeps and the invariants that hold after every cut.
 
 use kerfem_cutting::{CutOptions, CutOutcome, Method, Sweep, cut};
-use kerfem_mesh::{BoxTree, Point, TetMesh, generate, quality};
+use kerfem_mesh::{BoxTree, Point, SimplexMesh, TetMesh, generate, quality};
 
 /// A small deterministic generator of numbers (splitmix64).
 pub(crate) struct Random(pub(crate) u64);
@@ -113,7 +113,7 @@ pub(crate) fn surface(n: usize, at: impl Fn(f64, f64) -> Point) -> Sweep {
 }
 
 /// Cuts in the rest frame.
-pub(crate) fn cut_rest(mesh: &mut TetMesh, sweep: &Sweep, method: Method) -> CutOutcome {
+pub(crate) fn cut_rest<const N: usize>(mesh: &mut SimplexMesh<N>, sweep: &Sweep, method: Method) -> CutOutcome<N> {
     let positions = mesh.rest_positions().to_vec();
     let tree = BoxTree::of_cells(mesh, &positions);
     cut(
@@ -130,7 +130,11 @@ pub(crate) fn cut_rest(mesh: &mut TetMesh, sweep: &Sweep, method: Method) -> Cut
 }
 
 /// What must hold after every cut (DESIGN invariants 3 and 5, F16).
-pub(crate) fn check_cut(before: &TetMesh, after: &TetMesh, outcome: &CutOutcome) -> Result<(), String> {
+pub(crate) fn check_cut<const N: usize>(
+    before: &SimplexMesh<N>,
+    after: &SimplexMesh<N>,
+    outcome: &CutOutcome<N>,
+) -> Result<(), String> {
     after.check(true)?;
     let (v0, v1) = (quality::volume(before), quality::volume(after));
     if (v1 - v0).abs() > 1e-12 * v0 {
@@ -156,11 +160,11 @@ pub(crate) fn check_cut(before: &TetMesh, after: &TetMesh, outcome: &CutOutcome)
 }
 
 /// Volumes of the connected pieces, ascending.
-pub(crate) fn piece_volumes(mesh: &TetMesh) -> Vec<f64> {
+pub(crate) fn piece_volumes<const N: usize>(mesh: &SimplexMesh<N>) -> Vec<f64> {
     let (piece, count) = mesh.pieces();
     let mut out = vec![0.0; count];
     for (c, k) in mesh.cell_ids().zip(piece) {
-        out[k] += quality::tet_volume(&mesh.cell_rest_positions(c));
+        out[k] += quality::cell_volume(&mesh.cell_rest_positions(c));
     }
     out.sort_by(f64::total_cmp);
     out
