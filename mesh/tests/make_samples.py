@@ -61,6 +61,39 @@ meshio.Mesh(points, [("tetra", tets), ("hexahedron", [[0, 1, 4, 3, 6, 7, 10, 9]]
 cells = [("triangle", [[0, 1, 4]]), ("quad", [[1, 2, 5, 4]]), ("polygon", [[0, 1, 4, 9, 6]])]
 meshio.Mesh(points, cells).write(HERE / "surface.vtu", binary=False)
 
+# legacy VTK: meshio (5.1 and 4.2), VTK (4.2 and 5.1), each ASCII and binary; VTK's surfaces
+for binary in (True, False):
+    form = "binary" if binary else "ascii"
+    mesh.write(HERE / f"meshio_51_{form}.vtk", file_format="vtk51", binary=binary)
+    mesh.write(HERE / f"meshio_42_{form}.vtk", file_format="vtk42", binary=binary)
+    for version, name in ((42, "42"), (51, "51")):
+        writer = vtk.vtkUnstructuredGridWriter()
+        writer.SetInputData(grid)
+        writer.SetFileName(str(HERE / f"vtk_{name}_{form}.vtk"))
+        writer.SetFileVersion(version)
+        writer.SetFileType(2 if binary else 1)
+        assert writer.Write() == 1
+    grid.save(HERE / f"pyvista_{form}.vtk", binary=binary)
+square = pyvista.PolyData(points[[0, 1, 4, 3, 6]], faces=[4, 0, 1, 2, 3, 3, 0, 1, 4])
+square.cell_data["lip"] = np.array([1.5, 2.5])
+for binary in (True, False):
+    form = "binary" if binary else "ascii"
+    square.save(HERE / f"pyvista_surface_{form}.vtk", binary=binary)
+    square.save(HERE / f"pyvista_surface_{form}.vtp", binary=binary)
+    square.triangulate().save(HERE / f"pyvista_surface_{form}.stl", binary=binary)
+    meshio.Mesh(points, [("triangle", [[0, 1, 4], [0, 4, 3]])]).write(HERE / f"meshio_surface_{form}.stl", binary=binary)
+strip = pyvista.PolyData(points[[0, 1, 3, 4]], strips=[4, 0, 1, 2, 3])
+strip.save(HERE / "pyvista_strip.vtp")
+zigzag = pyvista.PolyData([[0, 0, 0], [1, 0.5, 0], [2, 0, 0], [2, 1, 0]], lines=[3, 0, 1, 2, 2, 2, 3])
+zigzag.save(HERE / "pyvista_line.vtp")
+zigzag.save(HERE / "pyvista_line.vtk")
+zigzag.cast_to_unstructured_grid().save(HERE / "pyvista_line.vtu")
+
+# TetGen and Medit
+meshio.Mesh(points, [("tetra", tets)], cell_data={"tetgen:ref": [region]}).write(HERE / "meshio.node")
+meshio.Mesh(points, [("tetra", tets), ("triangle", tets[:, :3])], cell_data={"medit:ref": [region, region + 7]}).write(
+    HERE / "meshio.mesh")
+
 # gmsh: every version
 gmsh.initialize()
 gmsh.option.setNumber("General.Verbosity", 0)
@@ -84,4 +117,24 @@ gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
 gmsh.write(str(HERE / "gmsh_order2.msh"))
 kinds, tags, nodes = gmsh.model.mesh.getElements(3)
 print("gmsh tetrahedra", len(tags[0]))
+
+# gmsh: a planar mesh with groups of boundary curves, and other formats
+gmsh.clear()
+gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
+gmsh.model.occ.synchronize()
+gmsh.model.addPhysicalGroup(1, [4], 5, "left end")
+gmsh.model.addPhysicalGroup(1, [2], 6, "right end")
+gmsh.model.addPhysicalGroup(2, [1], 8, "sheet")
+gmsh.option.setNumber("Mesh.MeshSizeMin", 0.5)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+gmsh.model.mesh.generate(2)
+for version, binary in ((2.2, 0), (4.1, 0), (2.2, 1), (4.1, 1)):
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.write(str(HERE / f"planar_{version}{'_binary' if binary else ''}.msh"))
+gmsh.option.setNumber("Mesh.Binary", 0)
+gmsh.write(str(HERE / "planar.mesh"))
+gmsh.write(str(HERE / "planar.vtk"))
+gmsh.option.setNumber("Mesh.Binary", 1)
+gmsh.write(str(HERE / "planar_binary.vtk"))
 gmsh.finalize()

@@ -15,11 +15,14 @@ pub struct MeshData {
     pub tets: Vec<[usize; 4]>,
     /// Corners of the triangles: the cells of a planar mesh, or a surface beside tetrahedra.
     pub triangles: Vec<[usize; 3]>,
+    /// Ends of the line segments: boundary edges beside triangles, a curve beside tetrahedra.
+    pub segments: Vec<[usize; 2]>,
     /// Arrays with one row per point.
     pub point_arrays: BTreeMap<String, DataArray>,
-    /// Arrays with one row per cell: first the rows of [`Self::tets`], then those of [`Self::triangles`].
+    /// Arrays with one row per cell: the rows of [`Self::tets`], [`Self::triangles`] and [`Self::segments`], in this order.
     pub cell_arrays: BTreeMap<String, DataArray>,
-    /// Named sets (gmsh physical groups; one without a name is called by its number).
+    /// Named sets: gmsh's physical groups, Medit's references, TetGen's regions and markers. One without a name is called by
+    /// its number.
     pub groups: BTreeMap<String, Group>,
 }
 
@@ -41,18 +44,60 @@ pub struct Group {
     pub tets: Vec<usize>,
     /// Triangles of the set.
     pub triangles: Vec<usize>,
+    /// Line segments of the set.
+    pub segments: Vec<usize>,
 }
 
-/// A triangulated cutting surface. Triangles may be degenerate and points unused.
+/// A triangulated cutting surface, or a line that cuts in the plane. Triangles and segments may be degenerate and points
+/// unused.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepData {
     /// Positions (m), finite.
     pub points: Vec<Point>,
     /// Corners of the triangles, from zero.
     pub triangles: Vec<[usize; 3]>,
+    /// Ends of the line segments, from zero.
+    pub segments: Vec<[usize; 2]>,
 }
 
 impl MeshData {
+    /// Takes in a cell of `corners` (2 to 4; one alone is a point) and lets it belong to the group called `group`, if any.
+    pub(super) fn push(&mut self, corners: &[usize], group: Option<&str>) {
+        let mut unnamed = Group::default();
+        let group = group.map_or(&mut unnamed, |name| self.groups.entry(name.into()).or_default());
+        group.vertices.extend_from_slice(corners);
+        match *corners {
+            [a, b, c, d] => {
+                group.tets.push(self.tets.len());
+                self.tets.push([a, b, c, d]);
+            }
+            [a, b, c] => {
+                group.triangles.push(self.triangles.len());
+                self.triangles.push([a, b, c]);
+            }
+            [a, b] => {
+                group.segments.push(self.segments.len());
+                self.segments.push([a, b]);
+            }
+            _ => {}
+        }
+    }
+
+    /// Sorts the lists of the groups.
+    pub(super) fn sort_groups(&mut self) {
+        for group in self.groups.values_mut() {
+            for list in [
+                &mut group.vertices,
+                &mut group.tets,
+                &mut group.triangles,
+                &mut group.segments,
+            ] {
+                list.sort_unstable();
+                list.dedup();
+            }
+        }
+    }
+
     /// The tetrahedra as a mesh; points that none of them names are kept, triangles are left out.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use super::text::{Cursor, shown};
 use super::{gmsh_legacy, gmsh4};
 
 /// Versions that are read, for messages.
-const ACCEPTED: &str = "gmsh 1 ($NOD), 2 (ASCII) and 4.1 (ASCII, binary) are accepted";
+const ACCEPTED: &str = "gmsh 1 ($NOD), 2 and 4.1 (ASCII, binary) are accepted";
 
 /// The content of a `.msh` file of any version that is read.
 pub(super) fn parse(bytes: &[u8]) -> Result<MeshData, Problem> {
@@ -28,6 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshData, Problem> {
                     cursor.expect("$EndMeshFormat")?;
                     gmsh_legacy::parse_version_2(cursor)
                 }
+                (b"2" | b"2.0" | b"2.1" | b"2.2", 1) if size == 8 => gmsh_legacy::parse_version_2_binary(cursor),
                 (b"4.1", 0) => {
                     cursor.expect("$EndMeshFormat")?;
                     gmsh4::parse_ascii(cursor)
@@ -105,13 +106,15 @@ impl Builder {
             match kind {
                 ElementKind::Tet => group.tets.push(self.data.tets.len()),
                 ElementKind::Triangle => group.triangles.push(self.data.triangles.len()),
-                _ => {}
+                ElementKind::Line => group.segments.push(self.data.segments.len()),
+                ElementKind::Point => {}
             }
         }
         match kind {
             ElementKind::Tet => self.data.tets.push(corners),
             ElementKind::Triangle => self.data.triangles.push([a, b, c]),
-            ElementKind::Line | ElementKind::Point => {}
+            ElementKind::Line => self.data.segments.push([a, b]),
+            ElementKind::Point => {}
         }
         Ok(())
     }
@@ -140,13 +143,9 @@ impl Builder {
             all.vertices.extend(group.vertices);
             all.tets.extend(group.tets);
             all.triangles.extend(group.triangles);
+            all.segments.extend(group.segments);
         }
-        for group in self.data.groups.values_mut() {
-            for list in [&mut group.vertices, &mut group.tets, &mut group.triangles] {
-                list.sort_unstable();
-                list.dedup();
-            }
-        }
+        self.data.sort_groups();
         Ok(self.data)
     }
 }

@@ -8,27 +8,17 @@ use super::data::MeshData;
 use super::error::Problem;
 use super::gmsh::{Builder, ElementKind};
 use super::gmsh_legacy::skip_section;
+use super::gmsh_source::Source;
 use super::text::{Cursor, shown};
 
 /// The content of an ASCII file, after the section that names the version.
 pub(super) fn parse_ascii(cursor: Cursor) -> Result<MeshData, Problem> {
-    parse(Source {
-        cursor,
-        form: Form::Ascii,
-    })
+    parse(Source::ascii(cursor))
 }
 
 /// The content of a binary file, from the number one that gives the order of bytes.
-pub(super) fn parse_binary(mut cursor: Cursor) -> Result<MeshData, Problem> {
-    cursor.rest_of_line();
-    cursor.binary = true;
-    let form = match i32::from_le_bytes(cursor.raw("the number one")?) {
-        1 => Form::LittleEndian,
-        0x0100_0000 => Form::BigEndian,
-        other => return Err(cursor.problem(format!("the number that gives the order of bytes is {other}, not 1"))),
-    };
-    cursor.expect("$EndMeshFormat")?;
-    parse(Source { cursor, form })
+pub(super) fn parse_binary(cursor: Cursor) -> Result<MeshData, Problem> {
+    parse(Source::binary(cursor)?)
 }
 
 /// Physical groups of each geometric entity (dimension, number).
@@ -164,60 +154,4 @@ fn elements(source: &mut Source, mesh: &mut Builder, entities: &Entities) -> Res
             .problem(format!("the blocks hold {read} elements where {total} are announced")));
     }
     Ok(())
-}
-
-#[derive(Clone, Copy)]
-enum Form {
-    Ascii,
-    LittleEndian,
-    BigEndian,
-}
-
-/// Numbers of a file in either form: `int` has 4 bytes, `size` 8, `real` 8 in a binary one.
-struct Source<'a> {
-    cursor: Cursor<'a>,
-    form: Form,
-}
-
-impl Source<'_> {
-    fn int(&mut self, what: &str) -> Result<i64, Problem> {
-        match self.form {
-            Form::Ascii => self.cursor.integer(what),
-            Form::LittleEndian => Ok(i32::from_le_bytes(self.cursor.raw(what)?).into()),
-            Form::BigEndian => Ok(i32::from_be_bytes(self.cursor.raw(what)?).into()),
-        }
-    }
-
-    fn size(&mut self, what: &str) -> Result<u64, Problem> {
-        match self.form {
-            Form::Ascii => self.cursor.number(what, "a whole number from 0"),
-            Form::LittleEndian => Ok(u64::from_le_bytes(self.cursor.raw(what)?)),
-            Form::BigEndian => Ok(u64::from_be_bytes(self.cursor.raw(what)?)),
-        }
-    }
-
-    fn count(&mut self, what: &str, bytes_each: usize) -> Result<usize, Problem> {
-        match self.form {
-            Form::Ascii => self.cursor.count(what, bytes_each),
-            _ => {
-                let count = i64::try_from(self.size(what)?).unwrap_or(i64::MAX);
-                self.cursor.check_count(count, what, bytes_each)
-            }
-        }
-    }
-
-    fn real(&mut self, what: &str) -> Result<f64, Problem> {
-        let value = match self.form {
-            Form::Ascii => return self.cursor.real(what),
-            Form::LittleEndian => f64::from_le_bytes(self.cursor.raw(what)?),
-            Form::BigEndian => f64::from_be_bytes(self.cursor.raw(what)?),
-        };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(self
-                .cursor
-                .problem(format!("{what} is {value}; a finite number is accepted")))
-        }
-    }
 }

@@ -2,9 +2,14 @@
 //!
 //! | format | extension | [`read_mesh`] | [`read_sweep`] | written |
 //! |---|---|---|---|---|
-//! | VTK XML unstructured grid | `.vtu` | tetrahedra, triangles | triangles, polygons | [`write_vtu`] |
-//! | gmsh 1, 2 (ASCII), 4.1 (ASCII, binary) | `.msh` | tetrahedra, triangles | | |
-//! | Wavefront | `.obj` | | triangles, polygons | |
+//! | VTK XML unstructured grid | `.vtu` | tetrahedra, triangles | triangles, polygons, lines | [`write_vtu`] |
+//! | VTK XML surface | `.vtp` | triangles | triangles, polygons, strips, lines | [`write_vtp`] |
+//! | VTK legacy (to 5.1; ASCII, binary) | `.vtk` | tetrahedra, triangles | triangles, polygons, strips, lines | |
+//! | gmsh 1 (ASCII), 2, 4.1 (ASCII, binary) | `.msh` | tetrahedra, triangles | | |
+//! | TetGen, Triangle | `.node`, `.ele` | tetrahedra, triangles | | |
+//! | Medit (ASCII) | `.mesh` | tetrahedra, triangles | | |
+//! | Wavefront | `.obj` | | triangles, polygons, lines | |
+//! | STL (ASCII, binary) | `.stl` | | triangles | |
 //!
 //! A file is read whole or refused with one line that names the file, the place, what is wrong and what is accepted. What
 //! a count in a file claims is checked against the bytes there are before memory is taken for it.
@@ -28,8 +33,14 @@ mod error;
 mod gmsh;
 mod gmsh4;
 mod gmsh_legacy;
+mod gmsh_source;
+mod grid;
+mod medit;
 mod obj;
+mod stl;
+mod tetgen;
 mod text;
+mod vtk;
 mod vtu;
 mod vtu_array;
 mod vtu_write;
@@ -41,42 +52,58 @@ pub use atomic::write_atomically;
 pub use data::{DataArray, Group, MeshData, SweepData};
 pub use error::IoError;
 use error::Problem;
-pub use vtu_write::{VtuArray, VtuCells, VtuGrid, VtuValues, write_vtu};
+pub use vtu_write::{VtuArray, VtuCells, VtuGrid, VtuValues, write_vtp, write_vtu};
 
-/// A mesh of tetrahedra and triangles from a `.vtu` or `.msh` file.
+/// A mesh of tetrahedra, triangles and line segments. TetGen's two files are found by the name of either.
 ///
 /// Vertices and cells keep the order of the file. Indices are in range and coordinates are finite; whether the cells make
-/// a mesh is for [`MeshData::into_tet_mesh`] to say. Lines and points among the cells are left out.
+/// a mesh is for [`MeshData::into_tet_mesh`] to say. Points among the cells are left out.
 ///
 /// # Errors
 /// [`IoError`], in one line.
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshData, IoError> {
     let path = path.as_ref();
-    let parse = match extension(path).as_str() {
-        "vtu" => vtu::parse_mesh,
+    let parse: fn(&[u8]) -> Result<MeshData, Problem> = match extension(path).as_str() {
+        "vtu" => |bytes| vtu::parse_unstructured(bytes)?.into_mesh(),
+        "vtp" => |bytes| vtu::parse_poly_data(bytes)?.into_mesh(),
+        "vtk" => |bytes| vtk::parse(bytes)?.into_mesh(),
         "msh" => gmsh::parse,
-        _ => return Err(IoError::extension(path, "a mesh", &[".vtu", ".msh"])),
+        "mesh" => medit::parse,
+        "node" | "ele" => return tetgen::read(path),
+        _ => {
+            let accepted = [".vtu", ".vtp", ".vtk", ".msh", ".mesh", ".node", ".ele"];
+            return Err(IoError::extension(path, "a mesh", &accepted));
+        }
     };
     parse_file(path, parse)
 }
 
-/// A cutting surface from a `.obj` or `.vtu` file. Polygons are cut into triangles that share their first corner (right for
-/// convex ones).
+/// A cutting surface, or line segments that cut a planar mesh. Polygons are cut into triangles that share their first corner
+/// (right for convex ones).
 ///
 /// # Errors
-/// [`IoError`], in one line; also where the file holds no surface at all.
+/// [`IoError`], in one line; also where the file holds neither.
 pub fn read_sweep(path: impl AsRef<Path>) -> Result<SweepData, IoError> {
     let path = path.as_ref();
-    let parse = match extension(path).as_str() {
+    let parse: fn(&[u8]) -> Result<SweepData, Problem> = match extension(path).as_str() {
         "obj" => obj::parse,
-        "vtu" => vtu::parse_sweep,
-        _ => return Err(IoError::extension(path, "a sweep", &[".obj", ".vtu"])),
+        "stl" => stl::parse,
+        "vtu" => |bytes| vtu::parse_unstructured(bytes)?.into_sweep(),
+        "vtp" => |bytes| vtu::parse_poly_data(bytes)?.into_sweep(),
+        "vtk" => |bytes| vtk::parse(bytes)?.into_sweep(),
+        _ => {
+            return Err(IoError::extension(
+                path,
+                "a sweep",
+                &[".obj", ".stl", ".vtu", ".vtp", ".vtk"],
+            ));
+        }
     };
     let sweep = parse_file(path, parse)?;
-    if sweep.triangles.is_empty() {
+    if sweep.triangles.is_empty() && sweep.segments.is_empty() {
         let problem = Problem::new(
             "cells",
-            "the file holds no triangle or polygon; a sweep is a triangulated surface",
+            "the file holds no triangle, polygon or line; a sweep is a triangulated surface or, in the plane, a line",
         );
         return Err(problem.in_file(path));
     }

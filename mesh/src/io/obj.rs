@@ -1,4 +1,4 @@
-//! Wavefront `.obj`: points and polygons; everything else is passed over.
+//! Wavefront `.obj`: points, polygons and lines; everything else is passed over.
 
 use crate::Point;
 
@@ -7,11 +7,10 @@ use super::error::Problem;
 use super::text::shown;
 
 /// Statements that say nothing about the surface.
-const PASSED_OVER: [&str; 20] = [
+const PASSED_OVER: [&str; 19] = [
     "vt",
     "vn",
     "vp",
-    "l",
     "p",
     "o",
     "g",
@@ -30,7 +29,7 @@ const PASSED_OVER: [&str; 20] = [
     "call",
 ];
 
-/// The polygons of an `.obj` file as triangles that share their first corner.
+/// The polygons of an `.obj` file as triangles that share their first corner, and its lines as segments.
 pub(super) fn parse(bytes: &[u8]) -> Result<SweepData, Problem> {
     let mut sweep = SweepData::default();
     // a face may name a point of a later line, so that the range is checked at the end: largest index and its line
@@ -48,19 +47,24 @@ pub(super) fn parse(bytes: &[u8]) -> Result<SweepData, Problem> {
             None => {}
             Some(comment) if comment.starts_with('#') => {}
             Some("v") => sweep.points.push(point(words).map_err(problem)?),
-            Some("f") => {
-                let corners = face(words, sweep.points.len()).map_err(problem)?;
+            Some(keyword @ ("f" | "l")) => {
+                let (least, what) = if keyword == "f" { (3, "polygon") } else { (2, "line") };
+                let corners = corners(words, sweep.points.len(), least, what).map_err(problem)?;
                 let last = corners.iter().copied().max().unwrap_or(0);
                 if last >= largest.0 {
                     largest = (last, number);
                 }
-                let fan = (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]);
-                sweep.triangles.extend(fan);
+                if keyword == "f" {
+                    let fan = (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]);
+                    sweep.triangles.extend(fan);
+                } else {
+                    sweep.segments.extend(corners.windows(2).map(|w| [w[0], w[1]]));
+                }
             }
             Some(keyword) if PASSED_OVER.contains(&keyword) => {}
             Some(keyword) => {
                 return Err(problem(format!(
-                    "unknown statement '{}'; points 'v x y z' and polygons 'f a b c' are accepted, and {} passed over",
+                    "unknown statement '{}'; points 'v x y z', polygons 'f a b c' and lines 'l a b' are accepted, and {} passed over",
                     shown(keyword.as_bytes()),
                     PASSED_OVER.join(" ")
                 )));
@@ -96,9 +100,14 @@ fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Point, String> 
     Ok(point)
 }
 
-/// Indices from zero of a polygon `a`, `a/b`, `a//c` or `a/b/c`: `a` counts from one, or back from the last of the
+/// Indices from zero of a polygon or line `a`, `a/b`, `a//c` or `a/b/c`: `a` counts from one, or back from the last of the
 /// `points` so far if negative.
-fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<Vec<usize>, String> {
+fn corners<'a>(
+    words: impl Iterator<Item = &'a str>,
+    points: usize,
+    least: usize,
+    what: &str,
+) -> Result<Vec<usize>, String> {
     let mut corners = Vec::new();
     for word in words.take_while(|w| !w.starts_with('#')) {
         let first = word.split('/').next().unwrap_or_default();
@@ -116,11 +125,9 @@ fn face<'a>(words: impl Iterator<Item = &'a str>, points: usize) -> Result<Vec<u
             )
         })?);
     }
-    if corners.len() < 3 {
-        return Err(format!(
-            "a polygon has {} corners; three or more are accepted",
-            corners.len()
-        ));
+    if corners.len() < least {
+        let count = corners.len();
+        return Err(format!("a {what} has {count} corners; {least} or more are accepted"));
     }
     Ok(corners)
 }
@@ -143,6 +150,7 @@ mod tests {
         let sweep = parse(text.as_bytes()).unwrap();
         assert_eq!(sweep.points[2], Point::new(1.0, 1.0, 0.0));
         assert_eq!(sweep.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 3]]);
+        assert_eq!(sweep.segments, [[0, 1]]);
     }
 
     #[test]
@@ -165,7 +173,7 @@ mod tests {
         assert_eq!(error("\nf 1 2 3\n"), "a.obj: line 2: names point 3, but the file has 0");
         assert_eq!(
             error("f 1 2"),
-            "a.obj: line 1: a polygon has 2 corners; three or more are accepted"
+            "a.obj: line 1: a polygon has 2 corners; 3 or more are accepted"
         );
         assert!(error("cstype bezier").contains("line 1: unknown statement 'cstype'; points 'v x y z'"));
     }

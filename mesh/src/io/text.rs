@@ -8,11 +8,14 @@ use super::error::Problem;
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
-    line: usize,
+    /// Number of the line, from one.
+    pub(super) line: usize,
     /// Name of the section, for messages.
     pub(super) section: String,
     /// Whether places are named by byte rather than by line.
     pub(super) binary: bool,
+    /// What begins a comment that lasts to the end of the line.
+    pub(super) comment: Option<u8>,
 }
 
 impl<'a> Cursor<'a> {
@@ -23,6 +26,7 @@ impl<'a> Cursor<'a> {
             line: 1,
             section: String::new(),
             binary: false,
+            comment: None,
         }
     }
 
@@ -45,12 +49,18 @@ impl<'a> Cursor<'a> {
 
     /// The next word, without passing it.
     pub(super) fn peek(&mut self) -> Option<&'a [u8]> {
-        while let Some(b) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
-            self.line += usize::from(*b == b'\n');
+        let mut commented = false;
+        while let Some(&b) = self.bytes.get(self.at) {
+            commented = b != b'\n' && (commented || Some(b) == self.comment);
+            if !commented && !b.is_ascii_whitespace() {
+                break;
+            }
+            self.line += usize::from(b == b'\n');
             self.at += 1;
         }
         let rest = &self.bytes[self.at..];
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let ends = |b: &u8| b.is_ascii_whitespace() || Some(*b) == self.comment;
+        let end = rest.iter().position(ends).unwrap_or(rest.len());
         (end > 0).then(|| &rest[..end])
     }
 
@@ -110,6 +120,26 @@ impl<'a> Cursor<'a> {
         self.at += end.map_or(rest.len(), |e| e + 1);
         self.line += usize::from(end.is_some());
         rest[..end.unwrap_or(rest.len())].trim_ascii()
+    }
+
+    /// Passes the end of a line, unless the next line has begun already.
+    pub(super) fn end_line(&mut self) {
+        if self.at > 0 && self.bytes[self.at - 1] != b'\n' {
+            self.rest_of_line();
+        }
+    }
+
+    /// Whether the next line begins with `word`; nothing is passed.
+    pub(super) fn next_line_begins_with(&self, word: &[u8]) -> bool {
+        let rest = &self.bytes[self.at..];
+        let begun = self.at > 0 && self.bytes[self.at - 1] == b'\n';
+        let start = if begun {
+            Some(0)
+        } else {
+            rest.iter().position(|&b| b == b'\n').map(|n| n + 1)
+        };
+        let line = start.and_then(|s| rest[s..].get(..word.len()));
+        line.is_some_and(|line| line.eq_ignore_ascii_case(word))
     }
 
     /// The next `N` bytes as they are.

@@ -1,158 +1,44 @@
-//! VTK XML unstructured grids (`.vtu`).
+//! VTK XML files: unstructured grids (`.vtu`) and surfaces (`.vtp`).
 
 use std::collections::BTreeMap;
 
 use crate::Point;
 
-use super::data::{DataArray, MeshData, SweepData, check_finite};
+use super::data::DataArray;
 use super::error::Problem;
+use super::grid::{Grid, POLY_LINE, POLY_VERTEX, POLYGON, TRIANGLE_STRIP};
 use super::text::shown;
 use super::vtu_array::{self, Appended, Compressor, Encoding, Values};
 use super::xml::{self, Element};
 
-/// Tetrahedra and triangles of a grid.
-pub(super) fn parse_mesh(bytes: &[u8]) -> Result<MeshData, Problem> {
-    let grid = parse_grid(bytes)?;
-    let mut mesh = MeshData::default();
-    let (mut rows_of_tets, mut rows_of_triangles) = (Vec::new(), Vec::new());
-    for cell in 0..grid.kinds.len() {
-        match grid.kinds[cell] {
-            TETRA => {
-                mesh.tets.push(grid.corners(cell)?);
-                rows_of_tets.push(cell);
-            }
-            TRIANGLE => {
-                mesh.triangles.push(grid.corners(cell)?);
-                rows_of_triangles.push(cell);
-            }
-            VERTEX | POLY_VERTEX | LINE | POLY_LINE => {}
-            kind => {
-                return Err(grid.refused(
-                    cell,
-                    kind,
-                    "tetrahedra and triangles of order 1 are accepted, and lines and points beside them",
-                ));
-            }
-        }
-    }
-    rows_of_tets.extend(rows_of_triangles);
-    let pick = |array: DataArray| DataArray {
-        components: array.components,
-        values: rows_of_tets
-            .iter()
-            .flat_map(|&row| array.row(row).iter().copied())
-            .collect(),
-    };
-    mesh.cell_arrays = grid
-        .cell_arrays
-        .into_iter()
-        .map(|(name, array)| (name, pick(array)))
-        .collect();
-    mesh.point_arrays = grid.point_arrays;
-    mesh.points = grid.points;
-    Ok(mesh)
+/// What a file holds, as its root element says.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    UnstructuredGrid,
+    PolyData,
 }
 
-/// Triangles and polygons of a grid.
-pub(super) fn parse_sweep(bytes: &[u8]) -> Result<SweepData, Problem> {
-    let grid = parse_grid(bytes)?;
-    let mut triangles = Vec::new();
-    for cell in 0..grid.kinds.len() {
-        let nodes = grid.nodes(cell);
-        match grid.kinds[cell] {
-            TRIANGLE => triangles.push(grid.corners(cell)?),
-            QUAD => {
-                let [a, b, c, d] = grid.corners(cell)?;
-                triangles.extend([[a, b, c], [a, c, d]]);
-            }
-            POLYGON if nodes.len() >= 3 => {
-                triangles.extend((2..nodes.len()).map(|k| [nodes[0], nodes[k - 1], nodes[k]]));
-            }
-            POLYGON => return Err(grid.wrong_corners(cell, "three or more")),
-            VERTEX | POLY_VERTEX | LINE | POLY_LINE => {}
-            kind => {
-                return Err(grid.refused(
-                    cell,
-                    kind,
-                    "a sweep is a surface: triangles, quadrilaterals and polygons are accepted",
-                ));
-            }
+impl Content {
+    fn name(self) -> &'static str {
+        match self {
+            Content::UnstructuredGrid => "UnstructuredGrid",
+            Content::PolyData => "PolyData",
         }
     }
-    Ok(SweepData {
-        points: grid.points,
-        triangles,
-    })
 }
 
-const VERTEX: i64 = 1;
-const POLY_VERTEX: i64 = 2;
-const LINE: i64 = 3;
-const POLY_LINE: i64 = 4;
-const TRIANGLE: i64 = 5;
-const POLYGON: i64 = 7;
-const QUAD: i64 = 9;
-const TETRA: i64 = 10;
+/// The grid of a `.vtu` file.
+pub(super) fn parse_unstructured(bytes: &[u8]) -> Result<Grid, Problem> {
+    parse_grid(bytes, Content::UnstructuredGrid)
+}
 
-fn kind_name(kind: i64) -> &'static str {
-    match kind {
-        TRIANGLE => "triangle",
-        6 => "triangle strip",
-        POLYGON => "polygon",
-        8 => "pixel",
-        QUAD => "quadrilateral",
-        TETRA => "tetrahedron",
-        11 => "voxel",
-        12 => "hexahedron",
-        13 => "wedge",
-        14 => "pyramid",
-        21 => "line of order 2",
-        22 => "triangle of order 2",
-        24 => "tetrahedron of order 2",
-        42 => "polyhedron",
-        _ => "cell of another kind",
-    }
+/// The grid of a `.vtp` file.
+pub(super) fn parse_poly_data(bytes: &[u8]) -> Result<Grid, Problem> {
+    parse_grid(bytes, Content::PolyData)
 }
 
 /// All pieces of a file as one grid.
-#[derive(Default)]
-struct Grid {
-    points: Vec<Point>,
-    /// Points of all cells, one cell after another.
-    connectivity: Vec<usize>,
-    /// Where in `connectivity` each cell ends.
-    ends: Vec<usize>,
-    /// VTK's number of the kind of each cell.
-    kinds: Vec<i64>,
-    point_arrays: BTreeMap<String, DataArray>,
-    cell_arrays: BTreeMap<String, DataArray>,
-}
-
-impl Grid {
-    fn nodes(&self, cell: usize) -> &[usize] {
-        let start = if cell == 0 { 0 } else { self.ends[cell - 1] };
-        &self.connectivity[start..self.ends[cell]]
-    }
-
-    fn corners<const N: usize>(&self, cell: usize) -> Result<[usize; N], Problem> {
-        self.nodes(cell)
-            .try_into()
-            .map_err(|_| self.wrong_corners(cell, &N.to_string()))
-    }
-
-    fn wrong_corners(&self, cell: usize, accepted: &str) -> Problem {
-        let (name, count) = (kind_name(self.kinds[cell]), self.nodes(cell).len());
-        let text = format!("is a {name} with {count} corners; {accepted} are accepted");
-        Problem::new(format!("cell {cell} (from zero)"), text)
-    }
-
-    fn refused(&self, cell: usize, kind: i64, accepted: &str) -> Problem {
-        let text = format!("is a {} (VTK cell type {kind}); {accepted}", kind_name(kind));
-        Problem::new(format!("cell {cell} (from zero)"), text)
-    }
-}
-
-fn parse_grid(bytes: &[u8]) -> Result<Grid, Problem> {
+fn parse_grid(bytes: &[u8], content: Content) -> Result<Grid, Problem> {
     const APPENDED: &str = "AppendedData";
     let (head, appended) = split_appended(bytes)?;
     let head = std::str::from_utf8(head).map_err(|e| {
@@ -160,19 +46,18 @@ fn parse_grid(bytes: &[u8]) -> Result<Grid, Problem> {
         Problem::new(format!("line {line}"), "is not text (UTF-8)")
     })?;
     let root = xml::parse(head, appended.is_some().then_some(APPENDED))?;
-    let encoding = encoding(&root, appended).map_err(|e| Problem::new("<VTKFile>", e))?;
-    let no_grid = || Problem::new("<VTKFile>", "has no <UnstructuredGrid>");
-    let grid_element = root.children_named("UnstructuredGrid").next().ok_or_else(no_grid)?;
+    let encoding = encoding(&root, appended, content).map_err(|e| Problem::new("<VTKFile>", e))?;
+    let no_grid = || Problem::new("<VTKFile>", format!("has no <{}>", content.name()));
+    let grid_element = root.children_named(content.name()).next().ok_or_else(no_grid)?;
     let mut grid = Grid::default();
     for (number, piece) in grid_element.children_named("Piece").enumerate() {
-        let part = read_piece(piece, number, &encoding)?;
+        let part = read_piece(piece, number, &encoding, content)?;
         if number == 0 {
             grid = part;
         } else {
             join(&mut grid, part, number)?;
         }
     }
-    check_finite(&grid.points)?;
     Ok(grid)
 }
 
@@ -195,7 +80,7 @@ fn split_appended(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
     Ok((&bytes[..tag_end], Some(data)))
 }
 
-fn encoding<'a>(root: &Element, appended: Option<&'a [u8]>) -> Result<Encoding<'a>, String> {
+fn encoding<'a>(root: &Element, appended: Option<&'a [u8]>, content: Content) -> Result<Encoding<'a>, String> {
     let attribute = |name| root.attribute(name);
     let unknown = |what: &str, value: &str, accepted: &str| {
         Err(format!("{what} is '{}'; {accepted} accepted", shown(value.as_bytes())))
@@ -204,8 +89,8 @@ fn encoding<'a>(root: &Element, appended: Option<&'a [u8]>) -> Result<Encoding<'
         return unknown("the root element", &root.name, "VTKFile is");
     }
     match attribute("type").unwrap_or_default() {
-        "UnstructuredGrid" => {}
-        other => return unknown("type", other, "UnstructuredGrid is"),
+        known if known == content.name() => {}
+        other => return unknown("type", other, &format!("{} is", content.name())),
     }
     let big_endian = match attribute("byte_order") {
         None | Some("LittleEndian") => false,
@@ -246,7 +131,7 @@ fn encoding<'a>(root: &Element, appended: Option<&'a [u8]>) -> Result<Encoding<'
     })
 }
 
-fn read_piece(piece: &Element, number: usize, encoding: &Encoding) -> Result<Grid, Problem> {
+fn read_piece(piece: &Element, number: usize, encoding: &Encoding, content: Content) -> Result<Grid, Problem> {
     let piece_name = if number == 0 {
         "<Piece>".to_string()
     } else {
@@ -262,7 +147,23 @@ fn read_piece(piece: &Element, number: usize, encoding: &Encoding) -> Result<Gri
             )
         })
     };
-    let (num_points, num_cells) = (count("NumberOfPoints")?, count("NumberOfCells")?);
+    // sections with cells, the kind of a cell where the section says it, and how many there are
+    let sections = match content {
+        Content::UnstructuredGrid => vec![("Cells", None, count("NumberOfCells")?)],
+        Content::PolyData => [
+            ("Verts", POLY_VERTEX, "NumberOfVerts"),
+            ("Lines", POLY_LINE, "NumberOfLines"),
+            ("Polys", POLYGON, "NumberOfPolys"),
+            ("Strips", TRIANGLE_STRIP, "NumberOfStrips"),
+        ]
+        .into_iter()
+        .map(|(section, kind, number)| match piece.attribute(number) {
+            None => Ok((section, Some(kind), 0)),
+            Some(_) => Ok((section, Some(kind), count(number)?)),
+        })
+        .collect::<Result<_, Problem>>()?,
+    };
+    let num_points = count("NumberOfPoints")?;
     let section = |name: &'static str| piece.children_named(name).next();
     let place = |section: &str, array: &str| format!("{piece_name}, <{section}>, array '{}'", shown(array.as_bytes()));
 
@@ -285,36 +186,41 @@ fn read_piece(piece: &Element, number: usize, encoding: &Encoding) -> Result<Gri
         None => return Err(Problem::new(piece_name.clone(), "has no <Points> with a <DataArray>")),
     }
 
-    if num_cells > 0 {
-        let array = |name: &str, count: usize| -> Result<Vec<i64>, Problem> {
-            let array = section("Cells").and_then(|s| {
+    for (name, kind, cells) in sections.into_iter().filter(|s| s.2 > 0) {
+        let array = |array: &str, count: usize| -> Result<Vec<i64>, Problem> {
+            let found = section(name).and_then(|s| {
                 s.children_named("DataArray")
-                    .find(|a| a.attribute("Name") == Some(name))
+                    .find(|a| a.attribute("Name") == Some(array))
             });
-            let array = array.ok_or_else(|| Problem::new(place("Cells", name), "is missing"))?;
-            let values = vtu_array::read(array, count, encoding).and_then(Values::integers);
-            values.map_err(|e| Problem::new(place("Cells", name), e))
+            let found = found.ok_or_else(|| Problem::new(place(name, array), "is missing"))?;
+            let values = vtu_array::read(found, count, encoding).and_then(Values::integers);
+            values.map_err(|e| Problem::new(place(name, array), e))
         };
-        let ends = array("offsets", num_cells)?;
-        grid.ends = ends.iter().filter_map(|&e| usize::try_from(e).ok()).collect();
-        if grid.ends.len() != num_cells || !grid.ends.is_sorted() {
+        let offsets = array("offsets", cells)?;
+        let ends: Vec<usize> = offsets.iter().filter_map(|&e| usize::try_from(e).ok()).collect();
+        if ends.len() != cells || !ends.is_sorted() {
             return Err(Problem::new(
-                place("Cells", "offsets"),
+                place(name, "offsets"),
                 "must be zero or more and must not fall",
             ));
         }
-        let total = grid.ends.last().copied().unwrap_or(0);
+        let (first, total) = (grid.connectivity.len(), ends.last().copied().unwrap_or(0));
         for node in array("connectivity", total)? {
             match usize::try_from(node) {
                 Ok(n) if n < num_points => grid.connectivity.push(n),
                 _ => {
                     let text = format!("names point {node}, but the piece has {num_points} (0 to {num_points} - 1)");
-                    return Err(Problem::new(place("Cells", "connectivity"), text));
+                    return Err(Problem::new(place(name, "connectivity"), text));
                 }
             }
         }
-        grid.kinds = array("types", num_cells)?;
+        grid.ends.extend(ends.into_iter().map(|e| first + e));
+        match kind {
+            Some(kind) => grid.kinds.resize(grid.ends.len(), kind),
+            None => grid.kinds = array("types", cells)?,
+        }
     }
+    let num_cells = grid.kinds.len();
 
     let arrays = |name: &'static str, rows: usize| -> Result<BTreeMap<String, DataArray>, Problem> {
         let mut arrays = BTreeMap::new();

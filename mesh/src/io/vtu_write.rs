@@ -1,4 +1,4 @@
-//! Writing `.vtu`: Float64 and Int64, compressed with zlib, base64 inside the XML; read by VTK and meshio.
+//! Writing `.vtu` and `.vtp`: Float64 and Int64, compressed with zlib, base64 inside the XML; read by VTK and meshio.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -98,22 +98,36 @@ impl VtuGrid<'static> {
     }
 }
 
-/// Writes a grid, whole or not at all (see [`write_atomically`]).
+/// Writes a grid as `.vtu`, whole or not at all (see [`write_atomically`]).
 ///
 /// # Errors
 /// [`IoError::Array`] if an array has not one row per point or cell, or a name occurs twice or a cell names a point that
 /// does not exist; [`IoError::Write`].
 pub fn write_vtu(path: impl AsRef<Path>, grid: &VtuGrid) -> Result<(), IoError> {
-    let path = path.as_ref();
-    check(grid).map_err(|(array, problem)| IoError::Array {
+    write(path.as_ref(), grid, "UnstructuredGrid")
+}
+
+/// Writes a grid of triangles as a surface, `.vtp`, whole or not at all.
+///
+/// # Errors
+/// As [`write_vtu`], and [`IoError::Array`] for cells that are not triangles.
+pub fn write_vtp(path: impl AsRef<Path>, grid: &VtuGrid) -> Result<(), IoError> {
+    write(path.as_ref(), grid, "PolyData")
+}
+
+fn write(path: &Path, grid: &VtuGrid, content: &str) -> Result<(), IoError> {
+    check(grid, content).map_err(|(array, problem)| IoError::Array {
         path: path.into(),
         array,
         problem,
     })?;
-    write_atomically(path, |out| write_grid(out, grid))
+    write_atomically(path, |out| write_grid(out, grid, content))
 }
 
-fn check(grid: &VtuGrid) -> Result<(), (String, String)> {
+fn check(grid: &VtuGrid, content: &str) -> Result<(), (String, String)> {
+    if content == "PolyData" && !matches!(grid.cells, VtuCells::Triangles(_)) {
+        return Err(("connectivity".into(), "a surface is made of triangles".into()));
+    }
     let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
     for (arrays, rows, of) in [
         (&grid.point_arrays, num_points, "points"),
@@ -180,17 +194,23 @@ impl VtuCells<'_> {
     }
 }
 
-fn write_grid(out: &mut dyn Write, grid: &VtuGrid) -> io::Result<()> {
+fn write_grid(out: &mut dyn Write, grid: &VtuGrid, content: &str) -> io::Result<()> {
+    let surface = content == "PolyData";
+    let (number, section) = if surface {
+        ("NumberOfPolys", "Polys")
+    } else {
+        ("NumberOfCells", "Cells")
+    };
     let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(
         out,
-        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
+        "<VTKFile type=\"{content}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
          compressor=\"vtkZLibDataCompressor\">"
     )?;
     writeln!(
         out,
-        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{num_points}\" NumberOfCells=\"{num_cells}\">"
+        "<{content}>\n<Piece NumberOfPoints=\"{num_points}\" {number}=\"{num_cells}\">"
     )?;
     writeln!(out, "<Points>")?;
     let coordinates = grid.points.iter().flat_map(|p| [p.x, p.y, p.z]);
@@ -201,13 +221,15 @@ fn write_grid(out: &mut dyn Write, grid: &VtuGrid) -> io::Result<()> {
         3,
         coordinates.flat_map(f64::to_le_bytes).collect(),
     )?;
-    writeln!(out, "</Points>\n<Cells>")?;
+    writeln!(out, "</Points>\n<{section}>")?;
     let nodes = grid.cells.nodes().flat_map(|n| (n as i64).to_le_bytes());
     write_array(out, "Int64", "connectivity", 1, nodes.collect())?;
     let ends = (1..=num_cells).map(|cell| (cell * grid.cells.corners()) as i64);
     write_array(out, "Int64", "offsets", 1, ends.flat_map(i64::to_le_bytes).collect())?;
-    write_array(out, "UInt8", "types", 1, vec![grid.cells.vtk_kind(); num_cells])?;
-    writeln!(out, "</Cells>")?;
+    if !surface {
+        write_array(out, "UInt8", "types", 1, vec![grid.cells.vtk_kind(); num_cells])?;
+    }
+    writeln!(out, "</{section}>")?;
     for (section, arrays) in [("PointData", &grid.point_arrays), ("CellData", &grid.cell_arrays)] {
         writeln!(out, "<{section}>")?;
         for array in arrays {
@@ -220,7 +242,7 @@ fn write_grid(out: &mut dyn Write, grid: &VtuGrid) -> io::Result<()> {
         }
         writeln!(out, "</{section}>")?;
     }
-    writeln!(out, "</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+    writeln!(out, "</Piece>\n</{content}>\n</VTKFile>")
 }
 
 fn escape(text: &str) -> String {

@@ -2,6 +2,7 @@
 //! reference data, which lie outside the repository.
 
 mod damaged;
+mod fuzz;
 mod read;
 mod shared;
 mod write;
