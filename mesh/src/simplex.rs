@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::{CellId, FacetLabel, VertexId, predicates};
+use crate::{CellId, FacetLabel, VertexId, predicates, quality};
 
 /// A position in space, in metres. Planar meshes keep `z = 0`.
 pub type Point = Vector3<f64>;
@@ -92,6 +92,14 @@ pub enum MeshError {
         second: usize,
         /// Vertices of the facet, sorted.
         facet: Vec<usize>,
+    },
+    /// A vertex of a planar mesh does not lie in the plane z = 0.
+    #[error("vertex {vertex} has z = {z}; a planar mesh lies in the plane z = 0")]
+    OutOfPlane {
+        /// Input index of the vertex.
+        vertex: usize,
+        /// Its third coordinate.
+        z: f64,
     },
     /// More slots than ids can number.
     #[error("{what} has {count} entries; at most {} are supported", u32::MAX - 1)]
@@ -395,6 +403,13 @@ impl<const N: usize> SimplexMesh<N> {
             let (a, b) = (c[(k + 1) % N], c[(k + 2) % N]);
             [a, b, b]
         }
+    }
+
+    /// Outward normal of a facet at rest, as long as the facet is large: its area (m²) for a tetrahedron, its length (m) for a
+    /// planar triangle.
+    #[inline]
+    pub fn facet_normal(&self, side: FacetSide) -> Point {
+        quality::facet_normal::<N>(&self.facet_corners(side).map(|v| self.rest_positions[v.index()])) / 2.0
     }
 
     /// Sorted vertices of a facet: the same seen from both cells.
