@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use kerfem_mesh::{CellId, MeshChange, TetMesh};
+use kerfem_mesh::{CellId, MeshChange, SimplexMesh};
 use rayon::prelude::*;
 
 use crate::element::Element;
@@ -27,16 +27,20 @@ pub struct Touched {
     pub row_ids: Vec<u32>,
 }
 
-/// K, M and their common pattern for one mesh of linear tetrahedra.
+/// K, M and their common pattern for one mesh of linear tetrahedra or planar triangles (`N = 3`).
+///
+/// A planar body has the same three dofs a vertex as any other; along z there is mass but no stiffness, and `u_z` does
+/// nothing. Prescribe it as zero on every vertex when solving. That costs up to 2.25 times the memory and products of blocks
+/// of two; see [`Material::in_plane`] for plane strain, plane stress and the thickness.
 ///
 /// Every row is the sum over the cells of its vertex in ascending order, so a row recomputed after a change has the bits
 /// of a fresh assembly.
 #[derive(Debug)]
-pub struct Assembler {
+pub struct Assembler<const N: usize = 4> {
     /// By cell slot; of empty slots: what they last held.
-    pub(crate) elements: Vec<Element>,
+    pub(crate) elements: Vec<Element<N>>,
     materials: Vec<Material>,
-    pub(crate) slots: Vec<Slots>,
+    pub(crate) slots: Vec<Slots<N>>,
     pub(crate) stiffness: BlockMatrix,
     /// Consistent mass by block.
     pub(crate) mass: Vec<f64>,
@@ -44,10 +48,10 @@ pub struct Assembler {
     /// The pattern's number before the last update that changed it, and the rows which that update changed.
     stamp_before: u64,
     rows_changed: Vec<u32>,
-    pub(crate) scratch: Mutex<Scratch>,
+    pub(crate) scratch: Mutex<Scratch<N>>,
 }
 
-impl Clone for Assembler {
+impl<const N: usize> Clone for Assembler<N> {
     fn clone(&self) -> Self {
         Assembler {
             elements: self.elements.clone(),
@@ -63,13 +67,16 @@ impl Clone for Assembler {
     }
 }
 
-impl Assembler {
+impl<const N: usize> Assembler<N> {
     /// Assembles a mesh; `material_of` is asked once per cell.
     ///
     /// # Errors
     /// [`FemError::InvertedCell`] if a rest volume is not positive, [`FemError::TooManyNeighbors`] beyond 65535 around a
-    /// vertex.
-    pub fn new(mesh: &TetMesh, material_of: impl Fn(CellId) -> Material) -> Result<Self, FemError> {
+    /// vertex, [`FemError::NotPlanar`] for a surface in space.
+    pub fn new(mesh: &SimplexMesh<N>, material_of: impl Fn(CellId) -> Material) -> Result<Self, FemError> {
+        if N == 3 && !mesh.is_planar() {
+            return Err(FemError::NotPlanar);
+        }
         let mut elements = vec![Element::default(); mesh.cell_slots()];
         let mut materials = vec![Material::UNUSED; mesh.cell_slots()];
         for c in mesh.cell_ids() {
@@ -82,7 +89,7 @@ impl Assembler {
             .collect::<Result<_, _>>()?;
         let pattern = Pattern::new(rows.len(), |i| rows[i].len(), |i, out| out.extend_from_slice(&rows[i]));
         let mut assembler = Assembler {
-            slots: vec![[[0; 4]; 4]; mesh.cell_slots()],
+            slots: vec![[[0; N]; N]; mesh.cell_slots()],
             mass: vec![0.0; pattern.arena()],
             lumped: vec![0.0; mesh.vertex_slots()],
             stamp_before: pattern.stamp(),
@@ -96,12 +103,12 @@ impl Assembler {
         Ok(assembler)
     }
 
-    fn fill(&mut self, mesh: &TetMesh) {
+    fn fill(&mut self, mesh: &SimplexMesh<N>) {
         let pattern = &self.stiffness.pattern;
         for_each_slot(&mut self.slots, |c, slots| {
             let c = CellId(c as u32);
             if mesh.has_cell(c) {
-                for a in 0..4 {
+                for a in 0..N {
                     slots[a] = row_slots(mesh, pattern, c, a);
                 }
             }
@@ -120,7 +127,7 @@ impl Assembler {
     ///
     /// # Errors
     /// [`FemError::InvertedCell`], [`FemError::UnknownParent`], [`FemError::TooManyNeighbors`]; then nothing has changed.
-    pub fn update(&mut self, mesh: &TetMesh, change: &MeshChange<4>) -> Result<Touched, FemError> {
+    pub fn update(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> Result<Touched, FemError> {
         let cells = cells_touched(mesh, change);
         let row_ids = rows_touched(mesh, change, &cells);
         let fresh = self.fresh_elements(mesh, change, &cells)?;
@@ -149,10 +156,10 @@ impl Assembler {
 
     fn fresh_elements(
         &self,
-        mesh: &TetMesh,
-        change: &MeshChange<4>,
+        mesh: &SimplexMesh<N>,
+        change: &MeshChange<N>,
         cells: &[CellId],
-    ) -> Result<Vec<(CellId, Element, Material)>, FemError> {
+    ) -> Result<Vec<(CellId, Element<N>, Material)>, FemError> {
         cells
             .iter()
             .map(|&c| {
@@ -170,10 +177,10 @@ impl Assembler {
             .collect()
     }
 
-    fn resize(&mut self, mesh: &TetMesh) {
+    fn resize(&mut self, mesh: &SimplexMesh<N>) {
         self.elements.resize(mesh.cell_slots(), Element::default());
         self.materials.resize(mesh.cell_slots(), Material::UNUSED);
-        self.slots.resize(mesh.cell_slots(), [[0; 4]; 4]);
+        self.slots.resize(mesh.cell_slots(), [[0; N]; N]);
         self.lumped.resize(mesh.vertex_slots(), 0.0);
     }
 
@@ -206,7 +213,7 @@ impl Assembler {
         (moved, compacted)
     }
 
-    fn recompute_row(&mut self, mesh: &TetMesh, i: usize) {
+    fn recompute_row(&mut self, mesh: &SimplexMesh<N>, i: usize) {
         let pattern = &self.stiffness.pattern;
         for &c in cells_of_row(mesh, i) {
             let a = corner_of(mesh, c, i);
@@ -239,7 +246,7 @@ impl Assembler {
         }
     }
 
-    /// Lumped mass by vertex slot (kg): each cell gives a quarter of `density * volume` to its corners.
+    /// Lumped mass by vertex slot (kg): each cell gives equal parts of `density * volume` to its corners.
     #[inline]
     pub fn lumped_mass(&self) -> &[f64] {
         &self.lumped
@@ -296,7 +303,7 @@ fn settle(pattern: &mut Pattern, stamp: u64, scalars: &mut [&mut Vec<f64>], bloc
 }
 
 /// Cells whose shape is new: those added and those around moved vertices, ascending.
-fn cells_touched(mesh: &TetMesh, change: &MeshChange<4>) -> Vec<CellId> {
+fn cells_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> Vec<CellId> {
     let added = change.cells_added.iter().map(|c| c.id);
     let around = change
         .vertices_moved
@@ -309,7 +316,7 @@ fn cells_touched(mesh: &TetMesh, change: &MeshChange<4>) -> Vec<CellId> {
 }
 
 /// Rows that differ: of the vertices of touched and removed cells, ascending.
-fn rows_touched(mesh: &TetMesh, change: &MeshChange<4>, cells: &[CellId]) -> Vec<u32> {
+fn rows_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>, cells: &[CellId]) -> Vec<u32> {
     let removed = change.cells_removed.iter().flat_map(|c| c.corners);
     let touched = cells.iter().flat_map(|&c| mesh.cell(c));
     let mut rows: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();

@@ -1,6 +1,10 @@
-//! The linear tetrahedron (P1): gradients of its shape functions, volume, deformation gradient.
+//! The linear simplex (P1): gradients of its shape functions, volume, deformation gradient.
+//!
+//! A triangle is the same element in the plane: its gradients have no z component, its volume is area times thickness, its
+//! first Lamé parameter that of plane strain or plane stress. Displacements along z do nothing.
 
-use kerfem_mesh::{Point, quality};
+use kerfem_mesh::Point;
+use kerfem_mesh::quality::cell_volume;
 use nalgebra::Matrix3;
 
 use crate::small::{Block, times};
@@ -10,13 +14,13 @@ use crate::{FemError, Material};
 pub(crate) type Vec3 = [f64; 3];
 
 /// What the rest shape and the material say about one cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Element {
-    /// Gradients of the four shape functions (1/m); they add up to zero.
-    pub(crate) gradients: [Vec3; 4],
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Element<const N: usize> {
+    /// Gradients of the shape functions (1/m); they add up to zero.
+    pub(crate) gradients: [Vec3; N],
     /// Rest volume (m³).
     pub(crate) volume: f64,
-    /// First Lamé parameter (Pa).
+    /// First Lamé parameter (Pa), see [`Material::lambda_of_cell`].
     pub(crate) lambda: f64,
     /// Second Lamé parameter (Pa).
     pub(crate) mu: f64,
@@ -24,24 +28,33 @@ pub(crate) struct Element {
     pub(crate) mass: f64,
 }
 
-impl Element {
+impl<const N: usize> Default for Element<N> {
+    fn default() -> Self {
+        Element {
+            gradients: [[0.0; 3]; N],
+            volume: 0.0,
+            lambda: 0.0,
+            mu: 0.0,
+            mass: 0.0,
+        }
+    }
+}
+
+impl<const N: usize> Element<N> {
+    /// Axes along which the element deforms.
+    const AXES: usize = N - 1;
+
     /// The element over rest positions `p` of cell number `cell`.
-    pub(crate) fn new(cell: u32, p: &[Point; 4], material: &Material) -> Result<Self, FemError> {
-        let (e1, e2, e3) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
-        let volume = quality::tet_volume(p);
-        let six_v = 6.0 * volume;
-        let g1 = e2.cross(&e3) / six_v;
-        let g2 = e3.cross(&e1) / six_v;
-        let g3 = e1.cross(&e2) / six_v;
-        let g0 = -(g1 + g2 + g3);
-        let gradients = [g0, g1, g2, g3].map(|g| [g.x, g.y, g.z]);
+    pub(crate) fn new(cell: u32, p: &[Point; N], material: &Material) -> Result<Self, FemError> {
+        let volume = material.volume_of_cell(p);
+        let gradients = shape_gradients(p);
         if !(volume > 0.0 && gradients.as_flattened().iter().all(|g| g.is_finite())) {
             return Err(FemError::InvertedCell { cell, volume });
         }
         Ok(Element {
             gradients,
             volume,
-            lambda: material.lambda(),
+            lambda: material.lambda_of_cell::<N>(),
             mu: material.mu(),
             mass: material.density() * volume,
         })
@@ -49,13 +62,13 @@ impl Element {
 
     /// Displacement gradient `H = sum u_a g_a^T = F - I` of corner displacements (m), row-major.
     #[inline]
-    pub(crate) fn displacement_gradient(&self, u: &[Vec3; 4]) -> [f64; 9] {
+    pub(crate) fn displacement_gradient(&self, u: &[Vec3; N]) -> [f64; 9] {
         let mut h = [0.0; 9];
         // differences to the first corner: a translation gives exactly zero
-        for b in 1..4 {
-            for i in 0..3 {
+        for b in 1..N {
+            for i in 0..Self::AXES {
                 let d = u[b][i] - u[0][i];
-                for j in 0..3 {
+                for j in 0..Self::AXES {
                     h[3 * i + j] += d * self.gradients[b][j];
                 }
             }
@@ -65,7 +78,7 @@ impl Element {
 
     /// Deformation gradient `F`, row-major.
     #[inline]
-    pub(crate) fn deformation_gradient(&self, u: &[Vec3; 4]) -> [f64; 9] {
+    pub(crate) fn deformation_gradient(&self, u: &[Vec3; N]) -> [f64; 9] {
         let mut f = self.displacement_gradient(u);
         for axis in 0..3 {
             f[4 * axis] += 1.0;
@@ -73,10 +86,10 @@ impl Element {
         f
     }
 
-    /// `V stress g_a` for the four corners: nodal forces (N) of a first Piola-Kirchhoff stress (Pa), row-major.
+    /// `V stress g_a` for the corners: nodal forces (N) of a first Piola-Kirchhoff stress (Pa), row-major.
     #[inline]
-    pub(crate) fn corner_forces(&self, stress: &[f64; 9]) -> [Vec3; 4] {
-        let mut forces = [[0.0; 3]; 4];
+    pub(crate) fn corner_forces(&self, stress: &[f64; 9]) -> [Vec3; N] {
+        let mut forces = [[0.0; 3]; N];
         for (force, g) in forces.iter_mut().zip(&self.gradients) {
             *force = times(stress, g);
             force.iter_mut().for_each(|f| *f *= self.volume);
@@ -107,21 +120,22 @@ impl Element {
 
     /// Stiffness blocks of corner `a` at rest, `K_ab = V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I)` (N/m).
     #[inline(always)]
-    pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<'_> {
+    pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<'_, N> {
         CornerBlocks::new(self.volume * self.lambda, self.volume * self.mu, &self.gradients, a)
     }
 }
 
-/// The blocks `lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I` of one corner `a` against the corners `b`.
-pub(crate) struct CornerBlocks<'g> {
-    gradients: &'g [Vec3; 4],
+/// The blocks `lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I` of one corner `a` against the corners `b`; of a triangle
+/// without the row and column of z.
+pub(crate) struct CornerBlocks<'g, const N: usize> {
+    gradients: &'g [Vec3; N],
     lambda_ga: Vec3,
     mu_ga: Vec3,
 }
 
-impl<'g> CornerBlocks<'g> {
+impl<'g, const N: usize> CornerBlocks<'g, N> {
     #[inline(always)]
-    pub(crate) fn new(lambda: f64, mu: f64, gradients: &'g [Vec3; 4], a: usize) -> Self {
+    pub(crate) fn new(lambda: f64, mu: f64, gradients: &'g [Vec3; N], a: usize) -> Self {
         let [x, y, z] = gradients[a];
         CornerBlocks {
             gradients,
@@ -144,9 +158,27 @@ impl<'g> CornerBlocks<'g> {
             l[1] * g[2] + m[2] * g[1],
             l[2] * g[0] + m[0] * g[2],
             l[2] * g[1] + m[1] * g[2],
-            l[2] * g[2] + m[2] * g[2] + d,
+            if N == 3 { 0.0 } else { l[2] * g[2] + m[2] * g[2] + d },
         ]
     }
+}
+
+/// Gradients (1/m) of the shape functions; in the plane for a triangle.
+fn shape_gradients<const N: usize>(p: &[Point; N]) -> [Vec3; N] {
+    let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
+    let [g1, g2, g3] = if N == 3 {
+        let two_a = 2.0 * cell_volume(p);
+        [
+            Point::new(e2.y, -e2.x, 0.0) / two_a,
+            Point::new(-e1.y, e1.x, 0.0) / two_a,
+            Point::zeros(),
+        ]
+    } else {
+        let (e3, six_v) = (p[3] - p[0], 6.0 * cell_volume(p));
+        [e2.cross(&e3), e3.cross(&e1), e1.cross(&e2)].map(|g| g / six_v)
+    };
+    let all = [-(g1 + g2 + g3), g1, g2, g3];
+    std::array::from_fn(|k| all[k].into())
 }
 
 /// A row-major 3x3 array as a matrix.
@@ -174,7 +206,7 @@ mod tests {
         assert!((matrix(&e.displacement_gradient(&u)) - a).norm() < 1e-14);
         let shifted = p.map(|_| [0.3, -7.0, 11.0]);
         assert_eq!(e.displacement_gradient(&shifted), [0.0; 9]);
-        assert!((e.mass - 3.0 * quality::tet_volume(&p)).abs() < 1e-15);
+        assert!((e.mass - 3.0 * cell_volume(&p)).abs() < 1e-15);
     }
 
     #[test]

@@ -14,6 +14,12 @@ pub enum FemError {
     /// The density is out of range.
     #[error("density = {0} kg/m3 is not accepted: it must be finite and greater than 0")]
     Density(f64),
+    /// The thickness of a planar body is out of range.
+    #[error("thickness = {0} m is not accepted: it must be finite and greater than 0")]
+    Thickness(f64),
+    /// A mesh of triangles that does not lie in the plane z = 0.
+    #[error("a surface in space has no mechanics; accepted: tetrahedra, and triangles in the plane z = 0")]
+    NotPlanar,
     /// A cell has no positive rest volume.
     #[error("cell {cell} is inverted or degenerate at rest: its volume is {volume:e} m3, it must be positive")]
     InvertedCell {

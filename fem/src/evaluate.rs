@@ -2,16 +2,16 @@
 
 use std::sync::{MutexGuard, PoisonError};
 
-use kerfem_mesh::{CellId, TetMesh};
+use kerfem_mesh::{CellId, SimplexMesh};
 use nalgebra::Matrix3;
 
 use crate::corotated::{self, CellTangent};
 use crate::element::{Element, Vec3, matrix};
 use crate::parallel::{BATCH, for_each_batch, for_each_batch_of_two, for_each_slot};
-use crate::rotation::{rotation, rotations};
+use crate::rotation::rotations_of_cells;
 use crate::rows::{cells_of_row, corner_of, corner_values, tangent_row};
 use crate::small::IDENTITY;
-use crate::{Assembler, BlockMatrix};
+use crate::{Assembler, BlockMatrix, Plane};
 
 /// How strain is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -45,18 +45,18 @@ pub struct Scales {
 
 /// Memory reused between evaluations, by cell slot.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    tangents: Vec<CellTangent>,
-    forces: Vec<[Vec3; 4]>,
+pub(crate) struct Scratch<const N: usize> {
+    tangents: Vec<CellTangent<N>>,
+    forces: Vec<[Vec3; N]>,
     energies: Vec<f64>,
 }
 
-impl Assembler {
+impl<const N: usize> Assembler<N> {
     /// Elastic energy (J) at displacements `u` (m, 3 per vertex slot), summed in the order of the cells.
     ///
     /// # Panics
     /// If `u` has the wrong length.
-    pub fn energy(&self, mesh: &TetMesh, model: Model, u: &[f64]) -> f64 {
+    pub fn energy(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64]) -> f64 {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
         let energies = &mut scratch.energies;
@@ -75,7 +75,7 @@ impl Assembler {
                 #[inline(always)]
                 |first, energies| {
                     let (elements, f) = self.deformation_gradients(mesh, first, u);
-                    let r = rotations(&f);
+                    let r = rotations_of_cells::<N, _>(&f);
                     for (l, energy) in energies.iter_mut().enumerate() {
                         *energy = corotated::energy(&elements[l], &f[l], &r[l]);
                     }
@@ -90,11 +90,11 @@ impl Assembler {
     ///
     /// # Panics
     /// If a length is wrong.
-    pub fn internal_force(&self, mesh: &TetMesh, model: Model, u: &[f64], f: &mut [f64]) {
+    pub fn internal_force(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64], f: &mut [f64]) {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
         let forces = &mut scratch.forces;
-        forces.resize(self.elements.len(), [[0.0; 3]; 4]);
+        forces.resize(self.elements.len(), [[0.0; 3]; N]);
         match model {
             Model::Linear => for_each_slot(forces, |c, forces| {
                 let c = CellId(c as u32);
@@ -109,7 +109,7 @@ impl Assembler {
                 #[inline(always)]
                 |first, forces| {
                     let (elements, f) = self.deformation_gradients(mesh, first, u);
-                    let r = rotations(&f);
+                    let r = rotations_of_cells::<N, _>(&f);
                     for (l, forces) in forces.iter_mut().enumerate() {
                         *forces = elements[l].corner_forces(&corotated::stress(&elements[l], &f[l], &r[l]));
                     }
@@ -124,7 +124,7 @@ impl Assembler {
     ///
     /// # Panics
     /// If `u` has the wrong length.
-    pub fn tangent(&self, mesh: &TetMesh, model: Model, tangent: Tangent, u: &[f64], out: &mut BlockMatrix) {
+    pub fn tangent(&self, mesh: &SimplexMesh<N>, model: Model, tangent: Tangent, u: &[f64], out: &mut BlockMatrix) {
         let scales = Scales {
             stiffness: 1.0,
             mass: 0.0,
@@ -140,7 +140,7 @@ impl Assembler {
     #[allow(clippy::too_many_arguments)]
     pub fn linearize(
         &self,
-        mesh: &TetMesh,
+        mesh: &SimplexMesh<N>,
         model: Model,
         tangent: Tangent,
         u: &[f64],
@@ -169,7 +169,7 @@ impl Assembler {
 
     fn linearize_corotated(
         &self,
-        mesh: &TetMesh,
+        mesh: &SimplexMesh<N>,
         tangent: Tangent,
         u: &[f64],
         scales: Scales,
@@ -180,7 +180,7 @@ impl Assembler {
         let mut scratch = self.scratch();
         let Scratch { tangents, forces, .. } = &mut *scratch;
         tangents.resize(self.elements.len(), CellTangent::default());
-        forces.resize(self.elements.len(), [[0.0; 3]; 4]);
+        forces.resize(self.elements.len(), [[0.0; 3]; N]);
         let with_force = force.is_some();
         for_each_batch_of_two(
             tangents,
@@ -188,11 +188,11 @@ impl Assembler {
             #[inline(always)]
             |first, tangents, forces| {
                 let (elements, f) = self.deformation_gradients(mesh, first, u);
-                let r = rotations(&f);
+                let r = rotations_of_cells::<N, _>(&f);
                 let twists = match tangent {
                     Tangent::Warped => [[0.0; 6]; BATCH],
                     Tangent::Exact | Tangent::Projected => {
-                        corotated::twists(&elements, &f, &r, tangent == Tangent::Projected)
+                        corotated::twists_of_cells(&elements, &f, &r, tangent == Tangent::Projected)
                     }
                 };
                 for (l, (state, forces)) in tangents.iter_mut().zip(forces).enumerate() {
@@ -225,7 +225,12 @@ impl Assembler {
 
     /// A batch of cells and their deformation gradients; nothing and the identity in empty slots.
     #[inline(always)]
-    fn deformation_gradients(&self, mesh: &TetMesh, first: usize, u: &[Vec3]) -> ([Element; BATCH], [[f64; 9]; BATCH]) {
+    fn deformation_gradients(
+        &self,
+        mesh: &SimplexMesh<N>,
+        first: usize,
+        u: &[Vec3],
+    ) -> ([Element<N>; BATCH], [[f64; 9]; BATCH]) {
         let mut elements = [Element::default(); BATCH];
         let mut f = [IDENTITY; BATCH];
         for l in 0..BATCH {
@@ -248,7 +253,7 @@ impl Assembler {
         }
     }
 
-    fn gather_forces(&self, mesh: &TetMesh, forces: &[[Vec3; 4]], f: &mut [f64]) {
+    fn gather_forces(&self, mesh: &SimplexMesh<N>, forces: &[[Vec3; N]], f: &mut [f64]) {
         assert_eq!(f.len(), 3 * self.stiffness.rows(), "length of f");
         let f = f.as_chunks_mut::<3>().0;
         for_each_slot(f, |i, f| {
@@ -266,28 +271,33 @@ impl Assembler {
     ///
     /// # Panics
     /// If there is no such cell or `u` has the wrong length.
-    pub fn deformation_gradient(&self, mesh: &TetMesh, c: CellId, u: &[f64]) -> Matrix3<f64> {
+    pub fn deformation_gradient(&self, mesh: &SimplexMesh<N>, c: CellId, u: &[f64]) -> Matrix3<f64> {
         let u = corner_values(mesh, c, self.as_vectors(u));
         matrix(&self.elements[c.index()].deformation_gradient(&u))
     }
 
     /// Stress of a cell (Pa), symmetric, with the law of linear elasticity `2 mu e + lambda tr(e) I`: of the linear model
-    /// with `e = sym(F - I)`; of the corotated one with `e = S - I`, turned by `R` into the deformed frame.
+    /// with `e = sym(F - I)`; of the corotated one with `e = S - I`, turned by `R` into the deformed frame. In plane strain with
+    /// the stress along z, in plane stress that is zero.
     ///
     /// # Panics
     /// If there is no such cell or `u` has the wrong length.
-    pub fn cauchy_like_stress(&self, mesh: &TetMesh, model: Model, c: CellId, u: &[f64]) -> Matrix3<f64> {
+    pub fn cauchy_like_stress(&self, mesh: &SimplexMesh<N>, model: Model, c: CellId, u: &[f64]) -> Matrix3<f64> {
         let e = &self.elements[c.index()];
         let u = corner_values(mesh, c, self.as_vectors(u));
-        match model {
+        let mut stress = match model {
             Model::Linear => matrix(&e.linear_stress(&e.displacement_gradient(&u))),
             Model::Corotated => {
                 let f = e.deformation_gradient(&u);
-                let r = rotation(&f);
+                let [r] = rotations_of_cells::<N, 1>(&[f]);
                 let s = matrix(&corotated::stress(e, &f, &r)) * matrix(&r).transpose();
                 (s + s.transpose()) / 2.0
             }
+        };
+        if N == 3 && self.material(c).plane() == Plane::Stress {
+            stress[(2, 2)] = 0.0;
         }
+        stress
     }
 
     fn as_vectors<'u>(&self, u: &'u [f64]) -> &'u [Vec3] {
@@ -295,7 +305,7 @@ impl Assembler {
         u.as_chunks().0
     }
 
-    fn scratch(&self) -> MutexGuard<'_, Scratch> {
+    fn scratch(&self) -> MutexGuard<'_, Scratch<N>> {
         // its content means nothing between calls, so a panic elsewhere does no harm
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
     }

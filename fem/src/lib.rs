@@ -1,4 +1,4 @@
-//! One instant of solid mechanics on linear tetrahedra: stiffness and mass, forces, loads and linear solvers. There is no
+//! One instant of solid mechanics on linear tetrahedra or planar triangles: stiffness and mass, forces, loads and linear solvers. There is no
 //! clock here, and nothing that changes connectivity.
 //!
 //! A newcomer's path: a [`Material`] says what the body is made of, an [`Assembler`] holds K and M of a mesh and follows
@@ -56,6 +56,6 @@ pub use block_matrix::BlockMatrix;
 pub use error::FemError;
 pub use evaluate::{Model, Scales, Tangent};
 pub use mass::MassMatrix;
-pub use material::Material;
+pub use material::{Material, Plane};
 pub use solver::{LinearSolver, PreconditionerKind, SolveInfo, SolverKind, SolverOptions};
 pub use verify::Verification;

@@ -1,15 +1,24 @@
 //! Dead loads: work-equivalent nodal forces of gravity, tractions and pressures on the rest shape.
+//!
+//! Facets of a planar mesh are edges. What acts on them is given per length (N/m): for a body of some thickness, the traction
+//! or pressure (Pa) times the thickness. Gravity acts on the mass, which knows the thickness.
 
-use kerfem_mesh::{FacetSide, Point, TetMesh};
+use kerfem_mesh::{FacetSide, Point, SimplexMesh};
 
 use crate::Assembler;
+
+/// Barycentric coordinates of the two Gauss points of an edge.
+const GAUSS: [[f64; 2]; 2] = {
+    const NEAR: f64 = 0.211_324_865_405_187_13; // (1 - 1/sqrt 3) / 2
+    [[1.0 - NEAR, NEAR], [NEAR, 1.0 - NEAR]]
+};
 
 /// `f += m_v g` for every vertex `v`: gravity `g` (m/s²) on the lumped mass, which is also the consistent load. `f` (N)
 /// has 3 entries per vertex slot.
 ///
 /// # Panics
 /// If `f` is too short.
-pub fn add_gravity(mesh: &TetMesh, assembler: &Assembler, g: [f64; 3], f: &mut [f64]) {
+pub fn add_gravity<const N: usize>(mesh: &SimplexMesh<N>, assembler: &Assembler<N>, g: [f64; 3], f: &mut [f64]) {
     for v in mesh.vertex_ids() {
         for axis in 0..3 {
             f[3 * v.index() + axis] += assembler.lumped_mass()[v.index()] * g[axis];
@@ -17,17 +26,34 @@ pub fn add_gravity(mesh: &TetMesh, assembler: &Assembler, g: [f64; 3], f: &mut [
     }
 }
 
-/// Adds the load of a traction `t(X)` (Pa, by rest position) on facets to `f` (N, 3 entries per vertex slot).
+/// Adds the load of a traction `t(X)` (Pa, planar meshes N/m; by rest position) on facets to `f` (N, 3 entries per vertex slot).
 ///
-/// Evaluated at the midpoints of the three edges of each facet: exact for tractions linear in X.
+/// Evaluated at the midpoints of the three edges of each facet, or at the two Gauss points of an edge: exact for tractions
+/// linear in X.
 ///
 /// # Panics
 /// If `f` is too short or a facet's cell does not exist.
-pub fn add_traction(mesh: &TetMesh, facets: &[FacetSide], traction: impl Fn(Point) -> [f64; 3], f: &mut [f64]) {
+pub fn add_traction<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    facets: &[FacetSide],
+    traction: impl Fn(Point) -> [f64; 3],
+    f: &mut [f64],
+) {
     for &side in facets {
         let corners = mesh.facet_corners(side);
         let p = corners.map(|v| mesh.rest_position(v));
-        let area = (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0;
+        let area = mesh.facet_normal(side).norm();
+        if N == 3 {
+            for share in GAUSS {
+                let t = traction(p[0] * share[0] + p[1] * share[1]);
+                for (v, share) in [corners[0], corners[1]].into_iter().zip(share) {
+                    for axis in 0..3 {
+                        f[3 * v.index() + axis] += 0.5 * area * share * t[axis];
+                    }
+                }
+            }
+            continue;
+        }
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let t = traction((p[a] + p[b]) / 2.0);
             // a third of the area, half of it to each end of the edge
@@ -40,18 +66,15 @@ pub fn add_traction(mesh: &TetMesh, facets: &[FacetSide], traction: impl Fn(Poin
     }
 }
 
-/// Adds the load of a pressure (Pa, positive: pushing along the inward rest normal) on facets to `f` (N, 3 entries per
+/// Adds the load of a pressure (Pa, planar meshes N/m; positive: pushing along the inward rest normal) on facets to `f` (N, 3 entries per
 /// vertex slot).
 ///
 /// # Panics
 /// If `f` is too short or a facet's cell does not exist.
-pub fn add_pressure(mesh: &TetMesh, facets: &[FacetSide], pressure: f64, f: &mut [f64]) {
+pub fn add_pressure<const N: usize>(mesh: &SimplexMesh<N>, facets: &[FacetSide], pressure: f64, f: &mut [f64]) {
     for &side in facets {
-        let corners = mesh.facet_corners(side);
-        let p = corners.map(|v| mesh.rest_position(v));
-        // the corners turn counter-clockwise seen from outside: the cross product points out
-        let share = (p[1] - p[0]).cross(&(p[2] - p[0])) * (-pressure / 6.0);
-        for v in corners {
+        let share = mesh.facet_normal(side) * (-pressure / (N - 1) as f64);
+        for &v in &mesh.facet_corners(side)[..N - 1] {
             for axis in 0..3 {
                 f[3 * v.index() + axis] += share[axis];
             }

@@ -6,8 +6,8 @@ use crate::BlockMatrix;
 use crate::block_matrix::to_csr;
 use crate::pattern::Pattern;
 
-/// Consistent mass of linear tetrahedra, `density * volume / 20 * (1 + delta_ab)` for corners `a`, `b` of a cell (kg), the
-/// same for the three axes. A view into an [`crate::Assembler`].
+/// Consistent mass of linear simplices, `density * volume / (N (N + 1)) * (1 + delta_ab)` for corners `a`, `b` of a cell of
+/// `N` corners (kg), the same for the three axes. A view into an [`crate::Assembler`].
 #[derive(Clone, Copy, Debug)]
 pub struct MassMatrix<'a> {
     pub(crate) pattern: &'a Pattern,

@@ -1,13 +1,27 @@
 //! Isotropic linear elastic material.
 
+use kerfem_mesh::{Point, quality::cell_volume};
+
 use crate::FemError;
 
-/// Young's modulus, Poisson's ratio and density of an isotropic material.
+/// What a planar body does along z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Plane {
+    /// No strain along z: a slice of a long body.
+    #[default]
+    Strain,
+    /// No stress along z: a thin sheet.
+    Stress,
+}
+
+/// Young's modulus, Poisson's ratio and density of an isotropic material; for planar bodies also what happens along z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     young: f64,
     poisson: f64,
     density: f64,
+    plane: Plane,
+    thickness: f64,
 }
 
 impl Material {
@@ -16,6 +30,8 @@ impl Material {
         young: 1.0,
         poisson: 0.0,
         density: 1.0,
+        plane: Plane::Strain,
+        thickness: 1.0,
     };
 
     /// A material from `young` (Pa, > 0), `poisson` (-1 < poisson < 0.5) and `density` (kg/m³, > 0), all finite.
@@ -37,7 +53,25 @@ impl Material {
             young,
             poisson,
             density,
+            plane: Plane::Strain,
+            thickness: 1.0,
         })
+    }
+
+    /// The same material in a planar body of the given `thickness` (m, > 0, finite) along z; without this, plane strain of a
+    /// slice one metre thick. Tetrahedra take no notice.
+    ///
+    /// # Errors
+    /// [`FemError::Thickness`].
+    pub fn in_plane(self, plane: Plane, thickness: f64) -> Result<Self, FemError> {
+        match thickness.is_finite() && thickness > 0.0 {
+            true => Ok(Material {
+                plane,
+                thickness,
+                ..self
+            }),
+            false => Err(FemError::Thickness(thickness)),
+        }
     }
 
     /// Young's modulus (Pa).
@@ -58,10 +92,44 @@ impl Material {
         self.density
     }
 
+    /// What a planar body does along z.
+    #[inline]
+    pub fn plane(&self) -> Plane {
+        self.plane
+    }
+
+    /// Thickness of a planar body (m).
+    #[inline]
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
+
+    /// Signed rest volume (m³) of a cell of this material with corners at `p` (m): of a triangle its area in the plane
+    /// times the thickness.
+    #[inline]
+    pub fn volume_of_cell<const N: usize>(&self, p: &[Point; N]) -> f64 {
+        if N == 3 {
+            cell_volume(p) * self.thickness
+        } else {
+            cell_volume(p)
+        }
+    }
+
     /// First Lamé parameter `E nu / ((1 + nu) (1 - 2 nu))` (Pa); negative for a negative Poisson's ratio.
     #[inline]
     pub fn lambda(&self) -> f64 {
         self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+    }
+
+    /// The factor of `tr(e) I` in the stress of a cell (Pa), where a triangle has the trace in the plane:
+    /// [`Self::lambda`], except in plane stress `2 lambda mu / (lambda + 2 mu)`, that is `E nu / (1 - nu²)`.
+    #[inline]
+    pub(crate) fn lambda_of_cell<const N: usize>(&self) -> f64 {
+        if N == 3 && self.plane == Plane::Stress {
+            self.young * self.poisson / (1.0 - self.poisson * self.poisson)
+        } else {
+            self.lambda()
+        }
     }
 
     /// Second Lamé parameter, the shear modulus `E / (2 (1 + nu))` (Pa).

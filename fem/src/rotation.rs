@@ -8,7 +8,7 @@ const SAFE_DETERMINANT: f64 = 1e-5;
 /// Steps of Newton's iteration; three to six are taken near a rotation, up to ten at strong stretches.
 const NEWTON_STEPS: usize = 16;
 
-/// The rotation `R` closest to `F` (both row-major): it maximises `tr(R^T F)`, so `F = R S` with `S` symmetric. If
+/// The rotation `R` closest to `F` (both row-major), of several side by side in vector registers: it maximises `tr(R^T F)`, so `F = R S` with `S` symmetric. If
 /// `det F > 0`, `R` is the polar factor and `S` positive definite; if `det F < 0`, the smallest singular value counts as
 /// negative, so that `R` goes on continuously through `det F = 0`. `F = 0` gives the identity.
 ///
@@ -17,12 +17,8 @@ const NEWTON_STEPS: usize = 16;
 ///
 /// Away from `det F = 0`: Newton's iteration with scaling by norms (Higham, SIAM J. Sci. Stat. Comput. 7, 1986); else
 /// the largest eigenvector of Davenport's matrix (the q-method of attitude determination).
-#[inline]
-pub(crate) fn rotation(f: &[f64; 9]) -> [f64; 9] {
-    rotations(&[*f])[0]
-}
-
-/// [`rotation`] of several at once, side by side in vector registers. The bits of each do not depend on the others.
+///
+/// The bits of each do not depend on the others.
 #[inline(always)]
 pub(crate) fn rotations<const L: usize>(f: &[[f64; 9]; L]) -> [[f64; 9]; L] {
     let mut x = [[0.0; L]; 9];
@@ -42,6 +38,31 @@ pub(crate) fn rotations<const L: usize>(f: &[[f64; 9]; L]) -> [[f64; 9]; L] {
         }
     }
     out
+}
+
+/// Rotations of deformation gradients of cells with `N` corners side by side: [`rotations`], of triangles in the plane.
+#[inline(always)]
+pub(crate) fn rotations_of_cells<const N: usize, const L: usize>(f: &[[f64; 9]; L]) -> [[f64; 9]; L] {
+    if N == 3 {
+        f.map(|f| planar_rotation(&f))
+    } else {
+        rotations(f)
+    }
+}
+
+/// The rotation about z closest to `F` in the plane: it maximises `tr(R^T F)`, so that `F = R S` with `S` symmetric and
+/// `tr(S)` in the plane not negative, whatever the sign of `det F`. Unique and continuous unless that trace is zero (`F`
+/// vanishes or mirrors without stretching); there, and where `F` is not finite, the identity.
+#[inline]
+fn planar_rotation(f: &[f64; 9]) -> [f64; 9] {
+    let (c, s) = (f[0] + f[4], f[3] - f[1]);
+    let size = c.hypot(s);
+    let (c, s) = if size > 0.0 && size.is_finite() {
+        (c / size, s / size)
+    } else {
+        (1.0, 0.0)
+    };
+    [c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0]
 }
 
 /// Cofactors of matrices side by side.
@@ -173,6 +194,10 @@ mod tests {
     use super::*;
     use crate::element::matrix;
 
+    fn rotation(f: &[f64; 9]) -> [f64; 9] {
+        rotations(&[*f])[0]
+    }
+
     fn row_major(m: &Matrix3<f64>) -> [f64; 9] {
         m.transpose().as_slice().try_into().unwrap()
     }
@@ -242,6 +267,35 @@ mod tests {
         let f =
             stretches.map(|s| row_major(&(turn([1.0, 0.2, 0.0], 30.0) * Matrix3::from_diagonal(&Vector3::from(s)))));
         assert_eq!(rotations(&f), f.map(|f| rotation(&f)));
+    }
+
+    #[test]
+    fn in_the_plane_the_trace_of_the_stretch_is_kept_positive() {
+        // stretches with positive sum, one of them negative or zero: an inverted or flat triangle
+        for stretch in [
+            [1.0, 1.0],
+            [3.0, 0.2],
+            [1.2, 0.0],
+            [1.2, -0.5],
+            [1e-200, 1e-200],
+            [1e200, 3e199],
+        ] {
+            for degrees in [0.0, 1e-9, 30.0, 90.0, 135.0, 180.0, -60.0] {
+                let (r, q) = (turn([0.0, 0.0, 1.0], degrees), turn([0.0, 0.0, 1.0], 25.0));
+                let s = q * Matrix3::from_diagonal(&Vector3::new(stretch[0], stretch[1], 1.0)) * q.transpose();
+                let found = matrix(&planar_rotation(&row_major(&(r * s))));
+                assert_rotation(&found);
+                assert!((found - r).norm() < 1e-14, "{stretch:?} {degrees}: {found}");
+                if stretch[1] > 1e-3 && stretch[0] < 1e3 {
+                    assert!((found - matrix(&rotation(&row_major(&(r * s))))).norm() < 1e-13);
+                }
+            }
+        }
+        let identity = row_major(&Matrix3::identity());
+        let mirror = row_major(&Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0)));
+        for f in [[0.0; 9], [f64::NAN; 9], [f64::INFINITY; 9], mirror] {
+            assert_eq!(planar_rotation(&f), identity);
+        }
     }
 
     #[test]

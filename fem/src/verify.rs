@@ -1,6 +1,6 @@
 //! Comparison with a fresh assembly.
 
-use kerfem_mesh::TetMesh;
+use kerfem_mesh::SimplexMesh;
 
 use crate::Assembler;
 
@@ -15,10 +15,10 @@ pub struct Verification {
     pub pattern_equal: bool,
 }
 
-impl Assembler {
+impl<const N: usize> Assembler<N> {
     /// Compares with a fresh assembly of the same mesh; the differences must be exactly zero. If the mesh can not be
     /// assembled (a cell is inverted), they are infinite.
-    pub fn verify(&self, mesh: &TetMesh) -> Verification {
+    pub fn verify(&self, mesh: &SimplexMesh<N>) -> Verification {
         let Ok(fresh) = Assembler::new(mesh, |c| *self.material(c)) else {
             return Verification {
                 stiffness_max_relative_difference: f64::INFINITY,

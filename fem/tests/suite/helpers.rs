@@ -1,7 +1,7 @@
 //! Bodies, states and edits that several tests use.
 
 use kerfem_fem::{Assembler, BlockMatrix, Material};
-use kerfem_mesh::{CellId, Edit, FacetLabel, Point, TetMesh, VertexId, generate};
+use kerfem_mesh::{CellId, Edit, FacetLabel, Point, SimplexMesh, TetMesh, VertexId, generate};
 use nalgebra::Matrix3;
 
 pub(crate) fn rubber() -> Material {
@@ -45,7 +45,7 @@ pub(crate) fn random(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// Displacements `X -> A X - X + t`.
-pub(crate) fn affine(mesh: &TetMesh, a: &Matrix3<f64>, t: Point) -> Vec<f64> {
+pub(crate) fn affine<const N: usize>(mesh: &SimplexMesh<N>, a: &Matrix3<f64>, t: Point) -> Vec<f64> {
     mesh.rest_positions()
         .iter()
         .flat_map(|x| <[f64; 3]>::from(a * x - x + t))

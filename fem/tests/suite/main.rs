@@ -3,5 +3,6 @@
 mod elasticity;
 mod figures;
 mod helpers;
+mod planar;
 mod solve;
 mod update;
