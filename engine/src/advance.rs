@@ -7,7 +7,7 @@ use crate::simulation::Buffers;
 use crate::supports::{self, FreePiece};
 use crate::{EngineError, Nonlinear, Simulation};
 
-impl Simulation {
+impl<const N: usize> Simulation<N> {
     /// "evaluate": nothing is solved.
     pub(crate) fn evaluate(&mut self, dt: f64) -> Result<Solved, EngineError> {
         self.state.advance_clock(dt);

@@ -1,7 +1,7 @@
 //! What a cut must keep: whole-mesh figures before and after, and the checks of `--verify` (DESIGN "What always holds").
 
 use kerfem_cutting::Method;
-use kerfem_mesh::{TetMesh, VertexId};
+use kerfem_mesh::{SimplexMesh, VertexId};
 use nalgebra::Vector3;
 
 use crate::momentum::{self, Correction};
@@ -25,13 +25,13 @@ pub(crate) struct Audit {
     removes_cells: bool,
 }
 
-impl Simulation {
+impl<const N: usize> Simulation<N> {
     /// Size and quality of the mesh as it is (work proportional to the mesh).
     pub fn mesh_figures(&self) -> MeshFigures {
         MeshFigures {
             vertices: self.mesh.num_vertices(),
             cells: self.mesh.num_cells(),
-            volume_m3: kerfem_mesh::quality::volume(&self.mesh),
+            volume_m3: self.thickness() * kerfem_mesh::quality::volume(&self.mesh),
             mass_kg: self.assembler.lumped_mass().iter().sum(),
             pieces: self.mesh.pieces().1,
             quality: QualityFigures::of(&self.mesh),
@@ -158,6 +158,6 @@ impl Simulation {
 }
 
 /// Vertices whose cells are not all connected through facets at the vertex, ascending.
-pub(crate) fn pinched_vertices(mesh: &TetMesh) -> impl Iterator<Item = VertexId> + '_ {
+pub(crate) fn pinched_vertices<const N: usize>(mesh: &SimplexMesh<N>) -> impl Iterator<Item = VertexId> + '_ {
     mesh.vertex_ids().filter(|&v| mesh.link_components(v).1 > 1)
 }

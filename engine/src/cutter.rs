@@ -1,7 +1,7 @@
 //! Cuts the mesh and keeps the search tree true: the only place of the engine that calls the cutting crate.
 
 use kerfem_cutting::{Borders, CutOptions, CutOutcome, Sweep};
-use kerfem_mesh::{Aabb, BoxTree, CellId, Point, TetMesh};
+use kerfem_mesh::{Aabb, BoxTree, CellId, Point, SimplexMesh};
 
 use crate::{EngineError, Frame};
 
@@ -17,7 +17,7 @@ pub(crate) struct Cutter {
 impl Cutter {
     /// Brings positions and tree to a frame. At rest this costs nothing once done; the deformed frame is new each time
     /// (work proportional to the mesh, as for a step).
-    pub(crate) fn prepare(&mut self, mesh: &TetMesh, u: &[f64], frame: Frame) {
+    pub(crate) fn prepare<const N: usize>(&mut self, mesh: &SimplexMesh<N>, u: &[f64], frame: Frame) {
         if frame == Frame::Rest && self.frame == Some(Frame::Rest) {
             return;
         }
@@ -41,13 +41,13 @@ impl Cutter {
     ///
     /// # Errors
     /// [`EngineError::Cut`] for input that cannot be cut with; the mesh is then as it was.
-    pub(crate) fn cut(
+    pub(crate) fn cut<const N: usize>(
         &mut self,
-        mesh: &mut TetMesh,
+        mesh: &mut SimplexMesh<N>,
         sweep: &Sweep,
         options: &CutOptions,
         borders: Borders<'_>,
-    ) -> Result<CutOutcome, EngineError> {
+    ) -> Result<CutOutcome<N>, EngineError> {
         let Some(tree) = &mut self.tree else {
             return Ok(CutOutcome::default());
         };
@@ -74,6 +74,6 @@ impl Cutter {
     }
 }
 
-fn cell_box(mesh: &TetMesh, positions: &[Point], c: CellId) -> Aabb {
+fn cell_box<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point], c: CellId) -> Aabb {
     Aabb::around(mesh.cell(c).map(|v| positions[v.index()]))
 }

@@ -19,7 +19,13 @@ pub struct Energies {
 impl Energies {
     /// Kinetic and elastic energy of a state, `scratch` of the same length; the other two as they were.
     #[must_use]
-    pub(crate) fn measured(self, body: &Body<'_>, u: &[f64], v: &[f64], scratch: &mut [f64]) -> Energies {
+    pub(crate) fn measured<const N: usize>(
+        self,
+        body: &Body<'_, N>,
+        u: &[f64],
+        v: &[f64],
+        scratch: &mut [f64],
+    ) -> Energies {
         mass_times(body, v, scratch);
         Energies {
             kinetic: 0.5 * dot(v, scratch),

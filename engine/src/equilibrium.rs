@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use kerfem_fem::{Assembler, BlockMatrix, FemError, LinearSolver, Model, Scales, Tangent};
-use kerfem_mesh::{TetMesh, quality};
+use kerfem_mesh::{SimplexMesh, quality};
 
 use crate::MassKind;
 
@@ -19,9 +19,9 @@ const ROUNDINGS: f64 = 2.0;
 
 /// What the terms are computed with.
 #[derive(Clone, Copy)]
-pub(crate) struct Body<'a> {
-    pub(crate) mesh: &'a TetMesh,
-    pub(crate) assembler: &'a Assembler,
+pub(crate) struct Body<'a, const N: usize> {
+    pub(crate) mesh: &'a SimplexMesh<N>,
+    pub(crate) assembler: &'a Assembler<N>,
     pub(crate) model: Model,
     pub(crate) mass: MassKind,
 }
@@ -82,7 +82,7 @@ pub(crate) struct Equilibrium {
 }
 
 impl Equilibrium {
-    pub(crate) fn new(assembler: &Assembler) -> Self {
+    pub(crate) fn new<const N: usize>(assembler: &Assembler<N>) -> Self {
         let mut own = Equilibrium {
             matrix: assembler.new_matrix(),
             matrix_is_for: None,
@@ -137,9 +137,9 @@ impl Equilibrium {
     ///
     /// # Errors
     /// [`FemError`] of the linear solver.
-    pub(crate) fn solve(
+    pub(crate) fn solve<const N: usize>(
         &mut self,
-        body: &Body<'_>,
+        body: &Body<'_, N>,
         goal: &Goal<'_>,
         solver: &mut LinearSolver,
         u: &mut [f64],
@@ -216,7 +216,7 @@ impl Equilibrium {
     }
 
     /// Fills the matrix at `u`. That of a linear model stays as it is from step to step.
-    fn fill_matrix(&mut self, body: &Body<'_>, goal: &Goal<'_>, tangent: Tangent, u: &[f64]) {
+    fn fill_matrix<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, tangent: Tangent, u: &[f64]) {
         if body.model == Model::Linear && self.matrix_is_for == Some(goal.inertia) {
             return;
         }
@@ -234,7 +234,7 @@ impl Equilibrium {
     }
 
     /// Forms the forces that do not balance at `u` from the internal forces there; the sum of the norms of the terms.
-    fn balance(&mut self, body: &Body<'_>, goal: &Goal<'_>, u: &[f64]) -> f64 {
+    fn balance<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &[f64]) -> f64 {
         self.weigh_offset(body, goal, u);
         let terms = self.internal.iter().zip(&self.inertial).zip(goal.load);
         for (r, ((internal, inertial), load)) in self.residual.iter_mut().zip(terms) {
@@ -245,7 +245,7 @@ impl Equilibrium {
     }
 
     /// `inertial := inertia M (u - target)`, by way of `offset := u - target`.
-    fn weigh_offset(&mut self, body: &Body<'_>, goal: &Goal<'_>, u: &[f64]) {
+    fn weigh_offset<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &[f64]) {
         if goal.inertia == 0.0 {
             return self.inertial.fill(0.0);
         }
@@ -257,7 +257,14 @@ impl Equilibrium {
     }
 
     /// Records the relative residual on the free dofs; whether it is small enough.
-    fn is_solved(&self, goal: &Goal<'_>, u: &[f64], mesh: &TetMesh, scale: f64, done: &mut Solved) -> bool {
+    fn is_solved<const N: usize>(
+        &self,
+        goal: &Goal<'_>,
+        u: &[f64],
+        mesh: &SimplexMesh<N>,
+        scale: f64,
+        done: &mut Solved,
+    ) -> bool {
         let size = free_norm(&self.residual, goal.fixed);
         let before = std::mem::replace(&mut done.residual, if scale > 0.0 { size / scale } else { size });
         let within = done.residual <= goal.tolerance;
@@ -270,9 +277,14 @@ impl Equilibrium {
 
     /// Norm of the rounding errors that the residual at `u` cannot be free of: each force is a sum of entries of the matrix
     /// times displacements and cell sizes, whose roundings are independent.
-    fn rounding(&self, goal: &Goal<'_>, u: &[f64], mesh: &TetMesh) -> f64 {
+    fn rounding<const N: usize>(&self, goal: &Goal<'_>, u: &[f64], mesh: &SimplexMesh<N>) -> f64 {
         let cells = mesh.num_cells().max(1) as f64;
-        let h = (12.0 * quality::volume(mesh) / cells).abs().cbrt();
+        let size = quality::volume(mesh).abs() / cells;
+        let h = if N == 3 {
+            (3.0 * size).sqrt()
+        } else {
+            (12.0 * size).cbrt()
+        };
         let mut sum = 0.0;
         for i in 0..self.matrix.rows() {
             let (columns, blocks) = self.matrix.row(i);
@@ -289,7 +301,7 @@ impl Equilibrium {
     }
 
     /// Moves `u` along `du` so far that the energy decreases; false if no length does.
-    fn line_search(&mut self, body: &Body<'_>, goal: &Goal<'_>, u: &mut [f64]) -> bool {
+    fn line_search<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &mut [f64]) -> bool {
         let slope: f64 = -dot_free(&self.residual, &self.du, goal.fixed);
         let (start, noise) = self.energy(body, goal, u);
         if slope.abs() <= noise {
@@ -323,7 +335,7 @@ impl Equilibrium {
     }
 
     /// The energy that is minimised (J), and what rounding can change it by.
-    fn energy(&mut self, body: &Body<'_>, goal: &Goal<'_>, u: &[f64]) -> (f64, f64) {
+    fn energy<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &[f64]) -> (f64, f64) {
         let elastic = body.assembler.energy(body.mesh, body.model, u);
         let work = dot(goal.load, u);
         self.weigh_offset(body, goal, u);
@@ -338,7 +350,7 @@ impl Equilibrium {
 }
 
 /// `out := M x` with the mass of the body.
-pub(crate) fn mass_times(body: &Body<'_>, x: &[f64], out: &mut [f64]) {
+pub(crate) fn mass_times<const N: usize>(body: &Body<'_, N>, x: &[f64], out: &mut [f64]) {
     match body.mass {
         MassKind::Lumped => {
             let masses = body.assembler.lumped_mass();

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use kerfem_cutting::{Borders, CutOptions, Sweep};
-use kerfem_mesh::{TetMesh, io, quality};
+use kerfem_cutting::{Borders, CutOptions};
+use kerfem_mesh::{SimplexMesh, io, quality};
 use serde::Serialize;
 
 use crate::cutter::Cutter;
@@ -20,14 +20,14 @@ pub struct GeometryFigures {
     pub cells: usize,
     /// Pieces, connected through facets.
     pub pieces: usize,
-    /// Volume.
+    /// Volume; of triangles their area times one metre.
     pub volume_m3: f64,
     /// Quality.
     pub quality: QualityFigures,
 }
 
 impl GeometryFigures {
-    fn of(mesh: &TetMesh) -> Self {
+    fn of<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
         GeometryFigures {
             vertices: mesh.num_vertices(),
             cells: mesh.num_cells(),
@@ -57,7 +57,7 @@ pub struct GeometryCut {
     pub vertices_removed: usize,
     /// Vertices that moved.
     pub vertices_moved: usize,
-    /// Area of one lip.
+    /// Area of one lip; in the plane its length times one metre.
     pub area_m2: f64,
     /// Largest distance of the new faces to the sweep.
     pub max_distance_to_sweep_m: f64,
@@ -75,9 +75,13 @@ pub struct GeometryCut {
 ///
 /// # Errors
 /// [`EngineError::Read`] and [`EngineError::Cut`].
-pub fn cut_at_rest(mesh: &mut TetMesh, sweep: &Path, options: &CutOptions) -> Result<GeometryCut, EngineError> {
+pub fn cut_at_rest<const N: usize>(
+    mesh: &mut SimplexMesh<N>,
+    sweep: &Path,
+    options: &CutOptions,
+) -> Result<GeometryCut, EngineError> {
     let data = io::read_sweep(sweep).map_err(EngineError::Read)?;
-    let (sweep, mut warnings) = Sweep::new(data.points, data.triangles)?;
+    let (sweep, mut warnings) = pending::sweep_for::<N>(data)?;
     let before = GeometryFigures::of(mesh);
     let mut cutter = Cutter::default();
     cutter.prepare(mesh, &[], Frame::Rest);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use kerfem_mesh::io::{self, DataArray, MeshData};
-use kerfem_mesh::{Point, TetMesh, generate};
+use kerfem_mesh::{MeshError, Point, SimplexMesh, TriMesh, generate};
 
 use crate::scene::source::Source;
 use crate::{EngineError, InitialField, MeshSpec};
@@ -19,50 +19,89 @@ pub(crate) struct NamedSet {
 
 /// A mesh and the named sets of its file.
 #[derive(Clone, Debug)]
-pub(crate) struct MeshInput {
-    pub(crate) mesh: TetMesh,
+pub(crate) struct MeshInput<const N: usize = 4> {
+    pub(crate) mesh: SimplexMesh<N>,
     pub(crate) sets: BTreeMap<String, NamedSet>,
 }
 
-impl MeshInput {
+/// The mesh of a scene, whichever kind it is.
+pub(crate) enum AnyInput {
+    /// Tetrahedra.
+    Solid(MeshInput<4>),
+    /// Triangles in the plane.
+    Planar(MeshInput<3>),
+}
+
+impl AnyInput {
     /// Reads or generates the mesh of a scene.
     pub(crate) fn read(spec: &MeshSpec, source: &Source) -> Result<Self, EngineError> {
         let scale = spec.scale.unwrap_or(1.0);
-        let generated = match (&spec.r#box, &spec.ball) {
-            (Some(b), _) => {
-                let (size, origin) = (b.size.map(|s| s * scale), b.origin.map(|o| o * scale));
-                Some(("box", generate::try_box_tets(size, b.cells, origin)))
-            }
-            (_, Some(b)) => {
-                let center = b.center.map(|c| c * scale);
-                Some(("ball", generate::ball_tets(center, b.radius * scale, b.layers)))
-            }
-            (None, None) => None,
-        };
-        if let Some((key, mesh)) = generated {
-            let mesh = mesh.map_err(|e| source.error("mesh", 0, key, e.to_string()))?;
-            return Ok(MeshInput {
-                mesh,
-                sets: BTreeMap::new(),
-            });
+        let at_fault = |key: &'static str| move |e: MeshError| source.error("mesh", 0, key, e.to_string());
+        if let Some(b) = &spec.r#box {
+            let (size, origin) = (b.size.map(|s| s * scale), b.origin.map(|o| o * scale));
+            let mesh = generate::try_box_tets(size, b.cells, origin).map_err(at_fault("box"))?;
+            return Ok(AnyInput::Solid(MeshInput::generated(mesh)));
+        }
+        if let Some(b) = &spec.ball {
+            let center = b.center.map(|c| c * scale);
+            let mesh = generate::ball_tets(center, b.radius * scale, b.layers).map_err(at_fault("ball"))?;
+            return Ok(AnyInput::Solid(MeshInput::generated(mesh)));
+        }
+        if let Some(p) = &spec.plate {
+            let (size, origin) = (p.size.map(|s| s * scale), p.origin.map(|o| o * scale));
+            let mesh = generate::rect_triangles(size, p.cells, origin).map_err(at_fault("plate"))?;
+            return Ok(AnyInput::Planar(MeshInput::generated(mesh)));
         }
         let file = spec.file.as_deref().unwrap_or(Path::new(""));
         let mut data = io::read_mesh(source.resolve(file)).map_err(EngineError::Read)?;
-        if data.tets.is_empty() {
-            let what = format!(
-                "{} has {} triangles and no tetrahedra",
-                file.display(),
-                data.triangles.len()
-            );
-            return Err(source.error("mesh", 0, "file", format!("{what}; tetrahedra are needed")));
-        }
         for p in &mut data.points {
             *p *= scale;
         }
+        let fail = |message: String| source.error("mesh", 0, "file", format!("{}: {message}", file.display()));
         let sets = named_sets(&data);
-        let mesh = data.into_tet_mesh();
-        let mesh = mesh.map_err(|e| source.error("mesh", 0, "file", format!("{}: {e}", file.display())))?;
-        Ok(MeshInput { mesh, sets })
+        if !data.tets.is_empty() {
+            let mesh = data.into_tet_mesh().map_err(|e| fail(e.to_string()))?;
+            return Ok(AnyInput::Solid(MeshInput { mesh, sets }));
+        }
+        if data.triangles.is_empty() {
+            return Err(fail("it has neither tetrahedra nor triangles".into()));
+        }
+        match TriMesh::planar(data.points, data.triangles) {
+            Ok(mesh) => Ok(AnyInput::Planar(MeshInput { mesh, sets })),
+            Err(e @ MeshError::OutOfPlane { .. }) => Err(fail(format!(
+                "{e}; surfaces in space have no mechanics yet, tetrahedra or triangles in that plane are needed"
+            ))),
+            Err(e) => Err(fail(e.to_string())),
+        }
+    }
+}
+
+impl MeshInput<4> {
+    /// The mesh of a scene if it is made of tetrahedra.
+    pub(crate) fn read(spec: &MeshSpec, source: &Source) -> Result<Self, EngineError> {
+        match AnyInput::read(spec, source)? {
+            AnyInput::Solid(input) => Ok(input),
+            AnyInput::Planar(_) => Err(source.error("mesh", 0, "", "it is planar; tetrahedra are needed here")),
+        }
+    }
+}
+
+impl MeshInput<3> {
+    /// The mesh of a scene if it is made of triangles in the plane.
+    pub(crate) fn read_planar(spec: &MeshSpec, source: &Source) -> Result<Self, EngineError> {
+        match AnyInput::read(spec, source)? {
+            AnyInput::Planar(input) => Ok(input),
+            AnyInput::Solid(_) => Err(source.error("mesh", 0, "", "it has tetrahedra; a planar mesh is needed here")),
+        }
+    }
+}
+
+impl<const N: usize> MeshInput<N> {
+    fn generated(mesh: SimplexMesh<N>) -> Self {
+        MeshInput {
+            mesh,
+            sets: BTreeMap::new(),
+        }
     }
 
     /// A named set, or an error that says which there are.
@@ -77,25 +116,29 @@ impl MeshInput {
     }
 }
 
-/// Physical groups, and arrays of one component: the points or cells where their value is not zero.
+/// Physical groups, and arrays of one component: the points or cells where their value is not zero. Without tetrahedra the
+/// triangles are the cells.
 fn named_sets(data: &MeshData) -> BTreeMap<String, NamedSet> {
     let mut sets: BTreeMap<String, NamedSet> = BTreeMap::new();
     let nonzero = |a: &DataArray| {
         let rows = a.values.iter().enumerate();
         rows.filter(|(_, v)| **v != 0.0).map(|(i, _)| i).collect::<Vec<_>>()
     };
+    let (cells, planar) = match data.tets.len() {
+        0 => (data.triangles.len(), true),
+        n => (n, false),
+    };
     for (name, array) in data.cell_arrays.iter().filter(|(_, a)| a.components == 1) {
         let set = sets.entry(name.clone()).or_default();
         for i in nonzero(array) {
+            if i < cells {
+                set.cells.push(i);
+            } else if !planar {
+                set.facets.push(data.triangles[i - cells]);
+            }
             match i.checked_sub(data.tets.len()) {
-                None => {
-                    set.cells.push(i);
-                    set.vertices.extend(data.tets[i]);
-                }
-                Some(k) => {
-                    set.facets.push(data.triangles[k]);
-                    set.vertices.extend(data.triangles[k]);
-                }
+                None => set.vertices.extend(data.tets[i]),
+                Some(k) => set.vertices.extend(data.triangles[k]),
             }
         }
     }
@@ -110,7 +153,11 @@ fn named_sets(data: &MeshData) -> BTreeMap<String, NamedSet> {
     }
     for (name, group) in &data.groups {
         let facets = group.triangles.iter().map(|&k| data.triangles[k]).collect();
-        let (vertices, cells) = (group.vertices.clone(), group.tets.clone());
+        let (facets, cells) = match planar {
+            true => (Vec::new(), group.triangles.clone()),
+            false => (facets, group.tets.clone()),
+        };
+        let vertices = group.vertices.clone();
         sets.insert(
             name.clone(),
             NamedSet {
@@ -127,16 +174,18 @@ fn named_sets(data: &MeshData) -> BTreeMap<String, NamedSet> {
     sets
 }
 
-/// The values of an initial field at the vertices of the mesh as read, flat (3 a vertex).
+/// The values of an initial field at the vertices of the mesh as read, flat (3 a vertex; in two dimensions the third is 0).
 pub(crate) fn initial_values(
     field: &InitialField,
     key: &str,
     rest_positions: &[Point],
+    dimension: usize,
     source: &Source,
 ) -> Result<Vec<f64>, EngineError> {
     let fail = |message: String| source.error("initial", 0, key, message);
     match field {
         InitialField::Formula(components) => {
+            let components = components.in_space();
             let values: Vec<f64> = rest_positions
                 .iter()
                 .flat_map(|p| components.each_ref().map(|e| e.value(p, 0.0)))
@@ -162,18 +211,25 @@ pub(crate) fn initial_values(
                     file.display()
                 )));
             };
-            if found.components != 3 || found.values.len() != 3 * rest_positions.len() {
-                let (rows, columns) = (found.values.len() / found.components.max(1), found.components);
+            let (rows, columns) = (found.values.len() / found.components.max(1), found.components);
+            if !(dimension..=3).contains(&columns) || rows != rest_positions.len() {
+                let wanted = if dimension == 2 { "2 or 3" } else { "3" };
                 return Err(fail(format!(
-                    "array \"{array}\" has {rows} rows of {columns}; {} rows of 3 are needed",
+                    "array \"{array}\" has {rows} rows of {columns}; {} rows of {wanted} are needed",
                     rest_positions.len()
                 )));
             }
+            if let Some(i) = (0..rows).find(|&i| dimension == 2 && columns == 3 && found.row(i)[2] != 0.0) {
+                return Err(fail(format!(
+                    "array \"{array}\" leaves the plane of the mesh at point {i} (from zero); its third component must be 0"
+                )));
+            }
+            let third = |row: &[f64]| [row[0], row[1], row.get(2).copied().unwrap_or(0.0)];
             match found.values.iter().position(|v| !v.is_finite()) {
-                None => Ok(found.values.clone()),
+                None => Ok((0..rows).flat_map(|i| third(found.row(i))).collect()),
                 Some(i) => Err(fail(format!(
                     "array \"{array}\" is not finite at point {} (from zero)",
-                    i / 3
+                    i / columns
                 ))),
             }
         }

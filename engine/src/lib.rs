@@ -32,6 +32,7 @@
 
 mod advance;
 mod audit;
+mod barycentric;
 pub mod book;
 mod choices;
 mod conditions;
@@ -60,5 +61,5 @@ pub use energies::Energies;
 pub use error::EngineError;
 pub use expression::{Expression, ExpressionError};
 pub use scene::*;
-pub use simulation::{Simulation, StepInfo};
+pub use simulation::{AnySimulation, Simulation, StepInfo};
 pub use state::State;

@@ -7,10 +7,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use kerfem_fem::Assembler;
-use kerfem_mesh::{CellId, MeshChange, Point, TetMesh, VertexId, quality::tet_volume};
-use nalgebra::{Matrix4, Matrix6, SymmetricEigen, Vector3, Vector4, Vector6};
+use kerfem_fem::{Assembler, Material};
+use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh, VertexId};
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
+use crate::barycentric::Barycentric;
 use crate::conditions::FixedDofs;
 use crate::state::{OldValues, State, nodal, set_nodal};
 
@@ -30,22 +31,21 @@ pub(crate) struct Correction {
 }
 
 /// A linear field over a cell: rest positions and values of position and velocity at its corners.
-struct Sample {
-    rest: [Point; 4],
-    x: [Vector3<f64>; 4],
-    v: [Vector3<f64>; 4],
+struct Sample<const N: usize> {
+    rest: [Point; N],
+    x: [Vector3<f64>; N],
+    v: [Vector3<f64>; N],
 }
 
-impl Sample {
+impl<const N: usize> Sample<N> {
     /// The linear field continued to other corners.
-    fn continued(&self, rest: [Point; 4]) -> Sample {
-        let column = |p: &Point| Vector4::new(1.0, p.x, p.y, p.z);
-        let inverse = Matrix4::from_columns(&self.rest.each_ref().map(column)).try_inverse();
+    fn continued(&self, rest: [Point; N]) -> Sample<N> {
+        let coordinates = Barycentric::of(&self.rest);
         let weights = |p: &Point| match self.rest.iter().position(|q| q == p) {
-            Some(k) => Vector4::from_fn(|i, _| f64::from(u8::from(i == k))),
-            None => inverse.map_or(Vector4::repeat(0.25), |inv| inv * column(p)),
+            Some(k) => std::array::from_fn(|i| f64::from(u8::from(i == k))),
+            None => coordinates.as_ref().map_or([1.0 / N as f64; N], |b| b.at(p)),
         };
-        let at = |field: &[Vector3<f64>; 4], w: &Vector4<f64>| (0..4).map(|i| w[i] * field[i]).sum::<Vector3<f64>>();
+        let at = |field: &[Vector3<f64>; N], w: &[f64; N]| (0..N).map(|i| w[i] * field[i]).sum::<Vector3<f64>>();
         let all = rest.each_ref().map(weights);
         Sample {
             rest,
@@ -54,13 +54,14 @@ impl Sample {
         }
     }
 
-    /// Linear and angular momentum (about `center`) for a density, by the consistent mass.
-    fn momentum(&self, density: f64, center: &Vector3<f64>) -> Vector6<f64> {
-        let mass = density * tet_volume(&self.rest);
+    /// Linear and angular momentum (about `center`) for a material, by the consistent mass.
+    fn momentum(&self, material: &Material, center: &Vector3<f64>) -> Vector6<f64> {
+        let mass = material.density() * material.volume_of_cell(&self.rest);
         let x = self.x.map(|x| x - center);
         let (sum_x, sum_v): (Vector3<f64>, Vector3<f64>) = (x.iter().sum(), self.v.iter().sum());
-        let own: Vector3<f64> = (0..4).map(|i| x[i].cross(&self.v[i])).sum();
-        stack(&(sum_v * (mass / 4.0)), &((own + sum_x.cross(&sum_v)) * (mass / 20.0)))
+        let own: Vector3<f64> = (0..N).map(|i| x[i].cross(&self.v[i])).sum();
+        let share = mass / (N * (N + 1)) as f64;
+        stack(&(sum_v * (mass / N as f64)), &((own + sum_x.cross(&sum_v)) * share))
     }
 }
 
@@ -71,11 +72,11 @@ fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
 /// Gives each connected piece of touched cells the linear and angular momentum it had before `change`, by changing
 /// velocities of its free dofs as little as possible. A piece that lacks no more than rounding is left alone: splits keep
 /// momentum, but a new vertex may have been moved off the edge it came from.
-pub(crate) fn restore(
-    mesh: &TetMesh,
-    assembler: &Assembler,
-    fixed: &FixedDofs,
-    change: &MeshChange<4>,
+pub(crate) fn restore<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    fixed: &FixedDofs<N>,
+    change: &MeshChange<N>,
     old: &OldValues,
     state: &mut State,
 ) -> Correction {
@@ -99,9 +100,9 @@ pub(crate) fn restore(
 }
 
 /// Whether a deficit is no more than the rounding of the sums it comes from.
-fn is_rounding(
-    mesh: &TetMesh,
-    assembler: &Assembler,
+fn is_rounding<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
     vertices: &[VertexId],
     deficit: &Vector6<f64>,
     center: &Vector3<f64>,
@@ -126,7 +127,7 @@ struct Touched {
 }
 
 impl Touched {
-    fn new(mesh: &TetMesh, change: &MeshChange<4>) -> Self {
+    fn new<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> Self {
         let parents: BTreeMap<CellId, CellId> = change.cells_added.iter().map(|c| (c.id, c.parent)).collect();
         let mut cells: Vec<CellId> = parents.keys().copied().collect();
         cells.extend(change.vertices_moved.iter().flat_map(|m| mesh.cells_of_vertex(m.id)));
@@ -141,7 +142,7 @@ impl Touched {
         }
     }
 
-    fn center(&self, mesh: &TetMesh, u: &[f64]) -> Vector3<f64> {
+    fn center<const N: usize>(&self, mesh: &SimplexMesh<N>, u: &[f64]) -> Vector3<f64> {
         let first = self.cells.first().map_or(Vector3::zeros(), |c| {
             let v = mesh.cell(*c)[0];
             mesh.rest_position(v) + nodal(u, v)
@@ -150,10 +151,10 @@ impl Touched {
         let sum = corners
             .map(|v| mesh.rest_position(v) + nodal(u, v) - first)
             .sum::<Vector3<f64>>();
-        first + sum / (4 * self.cells.len().max(1)) as f64
+        first + sum / (N * self.cells.len().max(1)) as f64
     }
 
-    fn vertices_of(&self, mesh: &TetMesh, piece: usize) -> Vec<VertexId> {
+    fn vertices_of<const N: usize>(&self, mesh: &SimplexMesh<N>, piece: usize) -> Vec<VertexId> {
         let cells = self.cells.iter().zip(&self.piece).filter(|(_, p)| **p == piece);
         let mut vertices: Vec<VertexId> = cells.flat_map(|(c, _)| mesh.cell(*c)).collect();
         vertices.sort_unstable();
@@ -163,11 +164,11 @@ impl Touched {
 
     /// What each piece lacks. A piece should have the momentum of the old fields over its cells (each continued linearly
     /// from the old cell it comes from); what these leave of the true sum over the old cells is shared out by mass.
-    fn deficits(
+    fn deficits<const N: usize>(
         &self,
-        mesh: &TetMesh,
-        assembler: &Assembler,
-        change: &MeshChange<4>,
+        mesh: &SimplexMesh<N>,
+        assembler: &Assembler<N>,
+        change: &MeshChange<N>,
         old: &OldValues,
         state: &State,
         center: &Vector3<f64>,
@@ -177,16 +178,16 @@ impl Touched {
             .iter()
             .map(|m| (m.id, m.old_rest_position))
             .collect();
-        let old_sample = |corners: [VertexId; 4], rest: [Point; 4]| {
+        let old_sample = |corners: [VertexId; N], rest: [Point; N]| {
             let value = |v: VertexId| old.get(&v).copied().unwrap_or((nodal(&state.u, v), nodal(&state.v, v)));
             let (u, v) = (corners.map(|c| value(c).0), corners.map(|c| value(c).1));
             Sample {
                 rest,
-                x: [0, 1, 2, 3].map(|k| rest[k] + u[k]),
+                x: std::array::from_fn(|k| rest[k] + u[k]),
                 v,
             }
         };
-        let removed: BTreeMap<CellId, Sample> = change
+        let removed: BTreeMap<CellId, Sample<N>> = change
             .cells_removed
             .iter()
             .map(|c| (c.id, old_sample(c.corners, c.rest_positions)))
@@ -196,30 +197,30 @@ impl Touched {
         // of a cell that is gone without heirs, the momentum is gone too
         let heirs: BTreeSet<CellId> = self.parents.values().copied().collect();
         for (id, sample) in removed.iter().filter(|(id, _)| heirs.contains(id)) {
-            before += sample.momentum(assembler.material(*id).density(), center);
+            before += sample.momentum(assembler.material(*id), center);
         }
         let mut lacking = vec![Vector6::zeros(); self.pieces];
         let mut masses = vec![0.0; self.pieces];
         for (&cell, &piece) in self.cells.iter().zip(&self.piece) {
-            let density = assembler.material(cell).density();
+            let material = assembler.material(cell);
             let (corners, rest) = (mesh.cell(cell), mesh.cell_rest_positions(cell));
             let now = Sample {
                 rest,
-                x: [0, 1, 2, 3].map(|k| rest[k] + nodal(&state.u, corners[k])),
+                x: std::array::from_fn(|k| rest[k] + nodal(&state.u, corners[k])),
                 v: corners.map(|c| nodal(&state.v, c)),
             };
             let wanted = match self.parents.get(&cell).and_then(|p| removed.get(p)) {
-                Some(parent) => parent.continued(rest).momentum(density, center),
+                Some(parent) => parent.continued(rest).momentum(material, center),
                 None => {
                     let old_rest = corners.map(|v| moved.get(&v).copied().unwrap_or(mesh.rest_position(v)));
                     let own = old_sample(corners, old_rest);
-                    before += own.momentum(density, center);
-                    own.continued(rest).momentum(density, center)
+                    before += own.momentum(material, center);
+                    own.continued(rest).momentum(material, center)
                 }
             };
             before -= wanted;
-            lacking[piece] += wanted - now.momentum(density, center);
-            masses[piece] += density * tet_volume(&rest);
+            lacking[piece] += wanted - now.momentum(material, center);
+            masses[piece] += material.density() * material.volume_of_cell(&rest);
         }
         let total: f64 = masses.iter().sum();
         for (deficit, mass) in lacking.iter_mut().zip(&masses) {
@@ -233,10 +234,10 @@ impl Touched {
 ///
 /// The change of dof `d` is `phi_d . lambda`, where `m_d phi_d` is the derivative of linear and angular momentum by that
 /// velocity, and `(sum of m_d phi_d phi_d^T) lambda = deficit`: a rigid field, up to the difference between the masses.
-fn correct(
-    mesh: &TetMesh,
-    assembler: &Assembler,
-    fixed: &FixedDofs,
+fn correct<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    fixed: &FixedDofs<N>,
     vertices: &[VertexId],
     deficit: &Vector6<f64>,
     center: &Vector3<f64>,
@@ -286,37 +287,44 @@ fn correct(
 }
 
 /// Row of the consistent mass of a vertex times current positions relative to `center` (kg m).
-fn lever(mesh: &TetMesh, assembler: &Assembler, v: VertexId, u: &[f64], center: &Vector3<f64>) -> Vector3<f64> {
+fn lever<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    v: VertexId,
+    u: &[f64],
+    center: &Vector3<f64>,
+) -> Vector3<f64> {
     let x = |w: VertexId| mesh.rest_position(w) + nodal(u, w) - center;
     let mut sum = Vector3::zeros();
     for &c in mesh.cells_of_vertex(v) {
-        let mass = assembler.material(c).density() * tet_volume(&mesh.cell_rest_positions(c));
+        let material = assembler.material(c);
+        let mass = material.density() * material.volume_of_cell(&mesh.cell_rest_positions(c));
         let corners = mesh.cell(c).into_iter().map(x).sum::<Vector3<f64>>();
-        sum += (corners + x(v)) * (mass / 20.0);
+        sum += (corners + x(v)) * (mass / (N * (N + 1)) as f64);
     }
     sum
 }
 
 /// Linear momentum (kg m/s) of the lumped mass.
-pub(crate) fn linear(assembler: &Assembler, v: &[f64]) -> Vector3<f64> {
+pub(crate) fn linear<const N: usize>(assembler: &Assembler<N>, v: &[f64]) -> Vector3<f64> {
     let masses = assembler.lumped_mass().iter().enumerate();
     masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32))).sum()
 }
 
 /// The sum of `m |v|` over the vertices (kg m/s): what momenta are compared with.
-pub(crate) fn scale(assembler: &Assembler, v: &[f64]) -> f64 {
+pub(crate) fn scale<const N: usize>(assembler: &Assembler<N>, v: &[f64]) -> f64 {
     let masses = assembler.lumped_mass().iter().enumerate();
     masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32)).norm()).sum()
 }
 
 /// Angular momentum (kg m²/s) of the consistent mass about the origin.
 #[cfg(test)]
-pub(crate) fn angular(mesh: &TetMesh, assembler: &Assembler, state: &State) -> Vector3<f64> {
+pub(crate) fn angular<const N: usize>(mesh: &SimplexMesh<N>, assembler: &Assembler<N>, state: &State) -> Vector3<f64> {
     let cells = mesh.cell_ids().map(|c| {
         let (corners, rest) = (mesh.cell(c), mesh.cell_rest_positions(c));
-        let x = [0, 1, 2, 3].map(|k| rest[k] + nodal(&state.u, corners[k]));
+        let x = std::array::from_fn(|k| rest[k] + nodal(&state.u, corners[k]));
         let v = corners.map(|w| nodal(&state.v, w));
-        let both = Sample { rest, x, v }.momentum(assembler.material(c).density(), &Vector3::zeros());
+        let both = Sample { rest, x, v }.momentum(assembler.material(c), &Vector3::zeros());
         Vector3::new(both[3], both[4], both[5])
     });
     cells.sum()
@@ -325,8 +333,7 @@ pub(crate) fn angular(mesh: &TetMesh, assembler: &Assembler, state: &State) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kerfem_fem::Material;
-    use kerfem_mesh::Edit;
+    use kerfem_mesh::{Edit, TetMesh};
 
     use crate::Scene;
     use crate::input::MeshInput;

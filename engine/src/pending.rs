@@ -1,7 +1,7 @@
 //! Cuts of a scene that wait for their time, and what is recorded of one.
 
-use kerfem_cutting::{CutOptions, CutOutcome, Method, Sweep};
-use kerfem_mesh::io;
+use kerfem_cutting::{CutError, CutOptions, CutOutcome, Method, Sweep};
+use kerfem_mesh::io::{self, SweepData};
 
 use crate::report::{CutRecord, CutSeconds};
 use crate::{EngineError, Frame, MethodName, Scene};
@@ -18,12 +18,11 @@ pub(crate) struct PendingCut {
 }
 
 /// Reads the sweeps of a scene, in order of their time (of the scene, for the same time).
-pub(crate) fn read(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
+pub(crate) fn read<const N: usize>(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
     let mut cuts = Vec::with_capacity(scene.cut.len());
     for (i, spec) in scene.cut.iter().enumerate() {
         let data = io::read_sweep(scene.source.resolve(&spec.sweep)).map_err(EngineError::Read)?;
-        let sweep = Sweep::new(data.points, data.triangles);
-        let (sweep, warnings) = sweep.map_err(|e| {
+        let (sweep, warnings) = sweep_for::<N>(data).map_err(|e| {
             let message = format!("{}: {e}", spec.sweep.display());
             scene.source.error("cut", i, "sweep", message)
         })?;
@@ -51,8 +50,25 @@ pub(crate) fn read(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
     Ok(cuts)
 }
 
+/// The surface, or for a planar mesh the line, in a file.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn sweep_for<const N: usize>(data: SweepData) -> Result<(Sweep, Vec<String>), CutError> {
+    match N {
+        3 if data.segments.is_empty() => Err(CutError::WrongKind(
+            "it holds no line segment; triangles in the plane are cut by line segments",
+        )),
+        3 => Sweep::from_segments(data.points, data.segments),
+        _ if data.triangles.is_empty() => Err(CutError::WrongKind(
+            "it holds no triangle or polygon; tetrahedra are cut by a surface",
+        )),
+        _ => Sweep::new(data.points, data.triangles),
+    }
+}
+
 /// What the cutting crate has to say about a cut; the rest is filled in by the simulation.
-pub(crate) fn record(time: f64, method: Method, outcome: &CutOutcome) -> CutRecord {
+pub(crate) fn record<const N: usize>(time: f64, method: Method, outcome: &CutOutcome<N>) -> CutRecord {
     let (change, report) = (&outcome.change, &outcome.report);
     let name = Method::NAMES
         .iter()

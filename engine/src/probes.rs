@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use kerfem_mesh::{CellId, MeshChange, Point, TetMesh};
-use nalgebra::{Matrix4, Vector3, Vector4};
+use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh};
+use nalgebra::Vector3;
 
+use crate::barycentric::Barycentric;
 use crate::state::nodal;
 use crate::{EngineError, Scene};
 
@@ -12,25 +13,25 @@ use crate::{EngineError, Scene};
 const OUTSIDE: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
-struct Probe {
+struct Probe<const N: usize> {
     name: String,
     rest: Point,
     /// The cell it lies in, unless that was removed and nothing took its place.
     cell: Option<CellId>,
-    weights: Vector4<f64>,
+    weights: [f64; N],
 }
 
 /// The probes of a scene.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Probes {
-    probes: Vec<Probe>,
+pub(crate) struct Probes<const N: usize> {
+    probes: Vec<Probe<N>>,
 }
 
-impl Probes {
-    pub(crate) fn new(scene: &Scene, mesh: &TetMesh) -> Result<Self, EngineError> {
+impl<const N: usize> Probes<N> {
+    pub(crate) fn new(scene: &Scene, mesh: &SimplexMesh<N>) -> Result<Self, EngineError> {
         let mut probes = Vec::with_capacity(scene.probe.len());
         for (i, spec) in scene.probe.iter().enumerate() {
-            let rest = Point::from(spec.point);
+            let rest = Point::from(spec.point.in_space());
             let Some((cell, weights)) = locate(mesh, &rest, mesh.cell_ids()) else {
                 let message = format!("({}, {}, {}) does not lie in the mesh", rest.x, rest.y, rest.z);
                 return Err(scene.source.error("probe", i, "point", message));
@@ -50,7 +51,7 @@ impl Probes {
     }
 
     /// Three displacements (m) a probe; NaN where its cell was removed.
-    pub(crate) fn values<'a>(&'a self, mesh: &'a TetMesh, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    pub(crate) fn values<'a>(&'a self, mesh: &'a SimplexMesh<N>, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.probes.iter().flat_map(move |p| {
             let value = p
                 .cell
@@ -61,7 +62,7 @@ impl Probes {
 
     /// Follows a change: a probe stays with the descendants of its cell; where moved vertices left it outside of them, it
     /// goes to the touched cell that holds it.
-    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+    pub(crate) fn follow(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) {
         for probe in &mut self.probes {
             let Some(own) = probe.cell else { continue };
             let heirs = change.cells_added.iter().filter(|c| c.parent == own).map(|c| c.id);
@@ -83,19 +84,18 @@ impl Probes {
 }
 
 /// The cell among `cells` that holds a rest position best, and the barycentric coordinates there.
-pub(crate) fn locate(
-    mesh: &TetMesh,
+pub(crate) fn locate<const N: usize>(
+    mesh: &SimplexMesh<N>,
     rest: &Point,
     cells: impl IntoIterator<Item = CellId>,
-) -> Option<(CellId, Vector4<f64>)> {
-    let mut best: Option<(f64, CellId, Vector4<f64>)> = None;
+) -> Option<(CellId, [f64; N])> {
+    let mut best: Option<(f64, CellId, [f64; N])> = None;
     for c in cells {
-        let columns = mesh.cell_rest_positions(c).map(|p| Vector4::new(1.0, p.x, p.y, p.z));
-        let Some(inverse) = Matrix4::from_columns(&columns).try_inverse() else {
+        let Some(coordinates) = Barycentric::of(&mesh.cell_rest_positions(c)) else {
             continue;
         };
-        let weights = inverse * Vector4::new(1.0, rest.x, rest.y, rest.z);
-        let inside = weights.min();
+        let weights = coordinates.at(rest);
+        let inside = weights.into_iter().fold(f64::INFINITY, f64::min);
         if inside >= -OUTSIDE && best.as_ref().is_none_or(|(b, _, _)| inside > *b) {
             best = Some((inside, c, weights));
         }
@@ -104,10 +104,11 @@ pub(crate) fn locate(
 }
 
 /// The value of a nodal field inside a cell.
-pub(crate) fn interpolate(mesh: &TetMesh, c: CellId, weights: &Vector4<f64>, u: &[f64]) -> Vector3<f64> {
-    mesh.cell(c)
-        .iter()
-        .zip(weights.iter())
-        .map(|(v, w)| *w * nodal(u, *v))
-        .sum()
+pub(crate) fn interpolate<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    c: CellId,
+    weights: &[f64; N],
+    u: &[f64],
+) -> Vector3<f64> {
+    mesh.cell(c).iter().zip(weights).map(|(v, w)| *w * nodal(u, *v)).sum()
 }

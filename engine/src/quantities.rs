@@ -7,7 +7,7 @@ use kerfem_mesh::{Point, VertexId};
 use crate::probes::{interpolate, locate};
 use crate::{Axis, Component, QuantitySpec, Simulation};
 
-impl Simulation {
+impl<const N: usize> Simulation<N> {
     /// The quantities of the scene at the present state; none where a quantity has no value (its `where` selects nothing).
     pub fn quantities(&self) -> BTreeMap<String, Option<f64>> {
         self.scene
@@ -33,10 +33,11 @@ impl Simulation {
                 .map(|v| self.component(v, component))
                 .reduce(f64::min);
         }
-        if let Some(point) = q.point {
-            let (cell, weights) = locate(&self.mesh, &Point::from(point), self.mesh.cell_ids())?;
+        if let Some(point) = &q.point {
+            let (cell, weights) = locate(&self.mesh, &Point::from(point.in_space()), self.mesh.cell_ids())?;
             let u = interpolate(&self.mesh, cell, &weights, &self.state.u);
-            return Some(u[q.component.unwrap_or(Component::Uz) as usize]);
+            let upwards = if N == 3 { Component::Uy } else { Component::Uz };
+            return Some(u[q.component.unwrap_or(upwards) as usize]);
         }
         if let Some(axis) = q.reaction {
             return Some(self.reaction(axis, q));
@@ -64,10 +65,10 @@ impl Simulation {
         for side in self.mesh.boundary_facets() {
             let corners = self.mesh.facet_corners(side);
             if corners.iter().all(|v| self.selects(q, *v)) {
-                let p = corners.map(|v| self.mesh.rest_position(v));
-                let own = (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 2.0;
+                let corners = &corners[..N - 1];
+                let own = self.mesh.facet_normal(side).norm();
                 area += own;
-                sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / 3.0;
+                sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / corners.len() as f64;
             }
         }
         (area > 0.0).then(|| sum / area)

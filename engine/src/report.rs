@@ -1,22 +1,22 @@
 //! What a run reports (`report.json`).
 
-use kerfem_mesh::{TetMesh, quality};
+use kerfem_mesh::{SimplexMesh, quality};
 use serde::Serialize;
 
 /// Quality of the cells at rest; see [`kerfem_mesh::quality`] for the measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct QualityFigures {
-    /// Smallest radius ratio `3 r / R`.
+    /// Smallest radius ratio `3 r / R`, of triangles `2 r / R`.
     pub min_radius_ratio: f64,
     /// Mean radius ratio.
     pub mean_radius_ratio: f64,
-    /// Smallest dihedral angle (degrees).
+    /// Smallest dihedral angle, of triangles angle at a corner (degrees).
     pub min_dihedral_deg: f64,
-    /// Largest dihedral angle (degrees).
+    /// Largest dihedral angle, of triangles angle at a corner (degrees).
     pub max_dihedral_deg: f64,
     /// Largest ratio of longest edge to inradius.
     pub max_edge_over_inradius: f64,
-    /// Largest over smallest cell volume.
+    /// Largest over smallest cell, by volume or area.
     pub max_over_min_volume: f64,
     /// Longest over shortest edge.
     pub max_over_min_edge: f64,
@@ -24,7 +24,7 @@ pub struct QualityFigures {
 
 impl QualityFigures {
     /// Measures a mesh at rest.
-    pub fn of(mesh: &TetMesh) -> Self {
+    pub fn of<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
         let q = quality::report(mesh, mesh.rest_positions());
         QualityFigures {
             min_radius_ratio: q.min_radius_ratio,
@@ -45,7 +45,7 @@ pub struct MeshFigures {
     pub vertices: usize,
     /// Cells.
     pub cells: usize,
-    /// Volume at rest.
+    /// Volume at rest; of triangles their area times the thickness.
     pub volume_m3: f64,
     /// Mass.
     pub mass_kg: f64,
@@ -125,7 +125,7 @@ pub struct CutRecord {
     pub cells_updated: usize,
     /// Nodes of the search tree that were looked at.
     pub tree_nodes: usize,
-    /// Area of one lip at rest.
+    /// Area of one lip at rest; in the plane its length times the thickness.
     pub area_m2: f64,
     /// Largest distance of the new faces to the sweep, in the cutting frame.
     pub max_distance_to_sweep_m: f64,

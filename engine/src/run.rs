@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::output::{self, Frames, StepTable, export_system, write_state};
 use crate::report::{CutRecord, MeshFigures, Seconds, SolverFigures, VerifyFigures};
-use crate::{Choices, EngineError, Scene, Scheme, Simulation, StepInfo};
+use crate::{AnySimulation, Choices, EngineError, Scene, Scheme, Simulation, StepInfo};
 
 /// How a scene is run.
 #[derive(Clone, Debug, Default)]
@@ -72,10 +72,21 @@ struct Meshes {
 pub fn run(
     scene: Scene,
     options: &RunOptions,
-    mut after_step: impl FnMut(&StepInfo) -> bool,
+    after_step: impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
     let clock = Instant::now();
-    let mut simulation = Simulation::new(scene)?;
+    match AnySimulation::new(scene)? {
+        AnySimulation::Solid(simulation) => run_to_end(simulation, clock, options, after_step),
+        AnySimulation::Planar(simulation) => run_to_end(simulation, clock, options, after_step),
+    }
+}
+
+fn run_to_end<const N: usize>(
+    mut simulation: Simulation<N>,
+    clock: Instant,
+    options: &RunOptions,
+    mut after_step: impl FnMut(&StepInfo) -> bool,
+) -> Result<Ending, EngineError> {
     simulation.record_figures(true);
     simulation.verify(options.verify);
     output::make_folder(&options.folder)?;
@@ -102,8 +113,8 @@ pub fn run(
     }
 }
 
-fn advance(
-    simulation: &mut Simulation,
+fn advance<const N: usize>(
+    simulation: &mut Simulation<N>,
     options: &RunOptions,
     after_step: &mut impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
@@ -154,16 +165,20 @@ fn advance(
     result.map(|()| ending)
 }
 
-fn write_frame(simulation: &mut Simulation, frames: &mut Frames, slack: f64) -> Result<(), EngineError> {
+fn write_frame<const N: usize>(
+    simulation: &mut Simulation<N>,
+    frames: &mut Frames,
+    slack: f64,
+) -> Result<(), EngineError> {
     let clock = Instant::now();
     frames.offer(simulation, slack)?;
     simulation.seconds.write += clock.elapsed().as_secs_f64();
     Ok(())
 }
 
-fn write_report(
+fn write_report<const N: usize>(
     folder: &Path,
-    simulation: &Simulation,
+    simulation: &Simulation<N>,
     initial: MeshFigures,
     stopped: Option<String>,
 ) -> Result<(), EngineError> {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use kerfem_cutting::{Borders, CutOptions, Sweep};
 use kerfem_fem::{Assembler, LinearSolver, Material, Model};
-use kerfem_mesh::{MeshChange, Point, TetMesh, VertexId};
+use kerfem_mesh::{MeshChange, Point, SimplexMesh, VertexId};
 
 use crate::audit::pinched_vertices;
 use crate::choices::{self, Choices};
@@ -12,7 +12,7 @@ use crate::conditions::{FixedDofs, Loads};
 use crate::cutter::Cutter;
 use crate::energies::Energies;
 use crate::equilibrium::{Body, Equilibrium};
-use crate::input::{self, MeshInput};
+use crate::input::{self, AnyInput, MeshInput};
 use crate::pending::{self, PendingCut};
 use crate::probes::Probes;
 use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
@@ -46,16 +46,19 @@ pub struct StepInfo {
 }
 
 /// A scene being run: mesh, matrices, state, and everything that must follow a cut.
+///
+/// The body is made of tetrahedra, or, for `N = 3`, of triangles in the plane z = 0: then everything nodal still has three
+/// components, and those along z are zero.
 #[derive(Debug)]
-pub struct Simulation {
+pub struct Simulation<const N: usize = 4> {
     pub(crate) scene: Scene,
-    pub(crate) mesh: TetMesh,
+    pub(crate) mesh: SimplexMesh<N>,
     pub(crate) regions: Vec<u32>,
-    pub(crate) assembler: Assembler,
+    pub(crate) assembler: Assembler<N>,
     pub(crate) model: Model,
-    pub(crate) fixed: FixedDofs,
+    pub(crate) fixed: FixedDofs<N>,
     pub(crate) loads: Loads,
-    pub(crate) probes: Probes,
+    pub(crate) probes: Probes<N>,
     pub(crate) state: State,
     pub(crate) energies: Energies,
     pub(crate) equilibrium: Equilibrium,
@@ -109,18 +112,59 @@ impl Simulation {
     /// Reads the files of a scene, finds what it selects, assembles.
     ///
     /// # Errors
-    /// [`EngineError::Scene`] or [`EngineError::Read`] for the first thing that is not accepted.
+    /// [`EngineError::Scene`] or [`EngineError::Read`] for the first thing that is not accepted; also for a planar mesh, see
+    /// [`Simulation::planar`].
     pub fn new(scene: Scene) -> Result<Self, EngineError> {
         let input = MeshInput::read(&scene.mesh, &scene.source)?;
+        Self::of(scene, input)
+    }
+}
+
+impl Simulation<3> {
+    /// [`Simulation::new`] for a scene whose mesh is made of triangles in the plane z = 0.
+    ///
+    /// # Errors
+    /// [`EngineError::Scene`] or [`EngineError::Read`] for the first thing that is not accepted; also for tetrahedra.
+    pub fn planar(scene: Scene) -> Result<Self, EngineError> {
+        let input = MeshInput::read_planar(&scene.mesh, &scene.source)?;
+        Self::of(scene, input)
+    }
+}
+
+/// A simulation of either kind: which one is for the mesh of the scene to say.
+#[derive(Debug)]
+pub enum AnySimulation {
+    /// Of tetrahedra.
+    Solid(Simulation),
+    /// Of triangles in the plane.
+    Planar(Simulation<3>),
+}
+
+impl AnySimulation {
+    /// [`Simulation::new`] or [`Simulation::planar`], whichever fits the mesh.
+    ///
+    /// # Errors
+    /// As these, for the first thing that is not accepted.
+    pub fn new(scene: Scene) -> Result<Self, EngineError> {
+        Ok(match AnyInput::read(&scene.mesh, &scene.source)? {
+            AnyInput::Solid(input) => AnySimulation::Solid(Simulation::of(scene, input)?),
+            AnyInput::Planar(input) => AnySimulation::Planar(Simulation::of(scene, input)?),
+        })
+    }
+}
+
+impl<const N: usize> Simulation<N> {
+    fn of(scene: Scene, input: MeshInput<N>) -> Result<Self, EngineError> {
+        scene.check_dimension(N - 1)?;
         let regions = region_of_cells(&scene, &input)?;
-        let materials = materials(&scene)?;
+        let materials = materials::<N>(&scene)?;
         let assembler = Assembler::new(&input.mesh, |c| materials[regions[c.index()] as usize])
             .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
         let fixed = FixedDofs::new(&scene, &input)?;
         let loads = Loads::new(&scene, &input)?;
         let probes = Probes::new(&scene, &input.mesh)?;
         let state = initial_state(&scene, &input)?;
-        let pending = pending::read(&scene)?;
+        let pending = pending::read::<N>(&scene)?;
 
         let mut choices = Choices::new();
         let model = choices::model(&scene, &mut choices);
@@ -258,6 +302,7 @@ impl Simulation {
         record.seconds.update = clock.elapsed().as_secs_f64() - cut_seconds;
         record.rows_updated = followed.rows;
         record.cells_updated = followed.cells;
+        record.area_m2 *= self.thickness();
         record.velocity_correction = followed.correction.size;
         self.seconds.cut += cut_seconds;
         self.seconds.update += record.seconds.update;
@@ -275,7 +320,7 @@ impl Simulation {
 
     /// Carries a change of the mesh through everything that depends on it, in the order of dependence. The search tree has
     /// followed already.
-    fn follow(&mut self, change: &MeshChange<4>) -> Result<Followed, EngineError> {
+    fn follow(&mut self, change: &MeshChange<N>) -> Result<Followed, EngineError> {
         let mut followed = Followed::default();
         followed.correction.complete = true;
         if change.is_empty() {
@@ -301,7 +346,7 @@ impl Simulation {
     }
 
     /// The mesh.
-    pub fn mesh(&self) -> &TetMesh {
+    pub fn mesh(&self) -> &SimplexMesh<N> {
         &self.mesh
     }
 
@@ -351,16 +396,17 @@ impl Simulation {
             .collect()
     }
 
-    /// Replaces the displacement (m) that the `[[fixed]]` number `index` (from zero) prescribes; false if there is none.
+    /// Replaces the displacement (m) that the `[[fixed]]` number `index` (from zero) prescribes; false if there is none, or
+    /// it is not finite or leaves the plane of a planar body.
     pub fn set_fixed(&mut self, index: usize, displacement: [f64; 3]) -> bool {
-        displacement.iter().all(|d| d.is_finite()) && self.fixed.set_displacement(index, displacement)
+        accepts::<N>(displacement) && self.fixed.set_displacement(index, displacement)
     }
 
     /// Replaces the vector of the `[[load]]` number `index` (from zero): gravity (m/s²), traction (Pa) or total force (N);
-    /// false if there is none, or it is a pressure.
+    /// false if there is none, or it is a pressure, or the vector is not finite or leaves the plane of a planar body.
     pub fn set_load(&mut self, index: usize, vector: [f64; 3]) -> bool {
         self.buffers.load_time = None;
-        vector.iter().all(|d| d.is_finite()) && self.loads.set_vector(index, vector)
+        accepts::<N>(vector) && self.loads.set_vector(index, vector)
     }
 
     /// Lets every cut record volume, quality, pieces and energies before and after (work proportional to the mesh).
@@ -378,7 +424,12 @@ impl Simulation {
         self.verify.as_ref()
     }
 
-    pub(crate) fn body(&self) -> Body<'_> {
+    /// Thickness of a planar body (m), else 1.
+    pub(crate) fn thickness(&self) -> f64 {
+        self.scene.material.thickness.unwrap_or(1.0)
+    }
+
+    pub(crate) fn body(&self) -> Body<'_, N> {
         Body {
             mesh: &self.mesh,
             assembler: &self.assembler,
@@ -411,19 +462,32 @@ struct Followed {
     correction: crate::momentum::Correction,
 }
 
+/// Whether a vector is finite, and in the plane for a planar body.
+fn accepts<const N: usize>(vector: [f64; 3]) -> bool {
+    vector.iter().all(|d| d.is_finite()) && (N == 4 || vector[2] == 0.0)
+}
+
 /// The materials of a scene: that of `[material]`, then one for each region.
-fn materials(scene: &Scene) -> Result<Vec<Material>, EngineError> {
+fn materials<const N: usize>(scene: &Scene) -> Result<Vec<Material>, EngineError> {
     let m = &scene.material;
     let regions = scene.region.iter().map(|r| {
         let or = |own: Option<f64>, common: f64| own.unwrap_or(common);
         Material::new(or(r.young, m.young), or(r.poisson, m.poisson), or(r.density, m.density))
     });
     let all = std::iter::once(Material::new(m.young, m.poisson, m.density)).chain(regions);
-    Ok(all.collect::<Result<_, _>>()?)
+    let (plane, thickness) = (m.plane.unwrap_or_default().into(), m.thickness.unwrap_or(1.0));
+    let placed = all.map(|material| {
+        if N == 3 {
+            material?.in_plane(plane, thickness)
+        } else {
+            material
+        }
+    });
+    Ok(placed.collect::<Result<_, _>>()?)
 }
 
 /// Number of the material of each cell: zero, or one more than the index of its region.
-fn region_of_cells(scene: &Scene, input: &MeshInput) -> Result<Vec<u32>, EngineError> {
+fn region_of_cells<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Result<Vec<u32>, EngineError> {
     let mut regions = vec![0; input.mesh.cell_slots()];
     for (i, spec) in scene.region.iter().enumerate() {
         let fail = |key: &str, message: String| Err(scene.source.error("region", i, key, message));
@@ -442,7 +506,7 @@ fn region_of_cells(scene: &Scene, input: &MeshInput) -> Result<Vec<u32>, EngineE
             }
             (None, condition) => {
                 for c in input.mesh.cell_ids() {
-                    let centroid = input.mesh.cell_rest_positions(c).iter().sum::<Point>() / 4.0;
+                    let centroid = input.mesh.cell_rest_positions(c).iter().sum::<Point>() / N as f64;
                     if condition.as_ref().is_some_and(|w| w.0.holds(&centroid)) {
                         select(c.index());
                     }
@@ -457,7 +521,7 @@ fn region_of_cells(scene: &Scene, input: &MeshInput) -> Result<Vec<u32>, EngineE
     Ok(regions)
 }
 
-fn initial_state(scene: &Scene, input: &MeshInput) -> Result<State, EngineError> {
+fn initial_state<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Result<State, EngineError> {
     let points = input.mesh.rest_positions();
     let mut state = State::at_rest(points.len());
     let fields = [
@@ -466,7 +530,7 @@ fn initial_state(scene: &Scene, input: &MeshInput) -> Result<State, EngineError>
     ];
     for (key, spec, field) in fields {
         if let Some(spec) = spec {
-            *field = input::initial_values(spec, key, points, &scene.source)?;
+            *field = input::initial_values(spec, key, points, N - 1, &scene.source)?;
         }
     }
     Ok(state)

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use kerfem_mesh::{MeshChange, TetMesh, VertexId, Weights};
+use kerfem_mesh::{MeshChange, SimplexMesh, VertexId, Weights};
 use nalgebra::Vector3;
 
 /// Displacements, velocities and the clock.
@@ -58,7 +58,7 @@ impl State {
 
     /// Carries both fields over a change: new and moved vertices take the weighted mean of their parents in the old fields.
     /// Slots of removed vertices keep their last values. Returns what the moved vertices had.
-    pub(crate) fn apply(&mut self, mesh: &TetMesh, change: &MeshChange<4>) -> OldValues {
+    pub(crate) fn apply<const N: usize>(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> OldValues {
         let mean = |field: &[f64], weights: &Weights| {
             weights
                 .iter()

@@ -1,6 +1,6 @@
 //! Pieces that nothing holds, in statics: found, judged, and held just enough to be solved for.
 
-use kerfem_mesh::{TetMesh, VertexId};
+use kerfem_mesh::{SimplexMesh, VertexId};
 use nalgebra::{DMatrix, DVector, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 /// Rigid motions whose mean square over the prescribed dofs is below this fraction of the largest are not held.
@@ -32,7 +32,11 @@ fn row(arm: &Vector3<f64>, axis: usize) -> Vector6<f64> {
 ///
 /// # Errors
 /// The first piece whose loads do not, in words.
-pub(crate) fn free_pieces(mesh: &TetMesh, fixed: &[bool], load: &[f64]) -> Result<Vec<FreePiece>, String> {
+pub(crate) fn free_pieces<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    fixed: &[bool],
+    load: &[f64],
+) -> Result<Vec<FreePiece>, String> {
     let pieces = pieces_by_vertices(mesh);
     let mut free = Vec::new();
     for (number, vertices) in pieces.iter().enumerate() {
@@ -57,7 +61,7 @@ pub(crate) fn free_pieces(mesh: &TetMesh, fixed: &[bool], load: &[f64]) -> Resul
 }
 
 /// Vertices of each piece of the mesh, connected through shared vertices; in order of their smallest vertex.
-fn pieces_by_vertices(mesh: &TetMesh) -> Vec<Vec<VertexId>> {
+fn pieces_by_vertices<const N: usize>(mesh: &SimplexMesh<N>) -> Vec<Vec<VertexId>> {
     let mut piece = vec![usize::MAX; mesh.vertex_slots()];
     let mut pieces = Vec::new();
     for start in mesh.vertex_ids().filter(|v| !mesh.cells_of_vertex(*v).is_empty()) {
@@ -83,7 +87,7 @@ fn pieces_by_vertices(mesh: &TetMesh) -> Vec<Vec<VertexId>> {
 }
 
 impl FreePiece {
-    fn new(mesh: &TetMesh, vertices: &[VertexId], fixed: &[bool]) -> Option<FreePiece> {
+    fn new<const N: usize>(mesh: &SimplexMesh<N>, vertices: &[VertexId], fixed: &[bool]) -> Option<FreePiece> {
         let at = |v: &VertexId| mesh.rest_position(*v);
         let center = vertices.iter().map(at).sum::<Vector3<f64>>() / vertices.len() as f64;
         let length = vertices.iter().map(|v| (at(v) - center).norm()).fold(0.0, f64::max);
@@ -109,7 +113,10 @@ impl FreePiece {
         Some(piece)
     }
 
-    fn rows<'a>(&'a self, mesh: &'a TetMesh) -> impl Iterator<Item = (usize, Vector6<f64>)> + 'a {
+    fn rows<'a, const N: usize>(
+        &'a self,
+        mesh: &'a SimplexMesh<N>,
+    ) -> impl Iterator<Item = (usize, Vector6<f64>)> + 'a {
         self.vertices.iter().flat_map(move |v| {
             let arm = (mesh.rest_position(*v) - self.center) / self.length;
             (0..3).map(move |axis| (3 * v.index() + axis, row(&arm, axis)))
@@ -117,7 +124,7 @@ impl FreePiece {
     }
 
     /// One dof for each motion: each time the one that the motions left move most.
-    fn choose_dofs(&self, mesh: &TetMesh, fixed: &[bool]) -> Vec<usize> {
+    fn choose_dofs<const N: usize>(&self, mesh: &SimplexMesh<N>, fixed: &[bool]) -> Vec<usize> {
         let mut left = self.motions.clone();
         let mut chosen = Vec::new();
         while !left.is_empty() {
@@ -141,7 +148,7 @@ impl FreePiece {
     }
 
     /// The motion along which the loads do work, in words.
-    fn unbalanced(&self, mesh: &TetMesh, fixed: &[bool], load: &[f64]) -> Option<String> {
+    fn unbalanced<const N: usize>(&self, mesh: &SimplexMesh<N>, fixed: &[bool], load: &[f64]) -> Option<String> {
         let free = || self.rows(mesh).filter(|(d, _)| !fixed[*d]);
         // the loads' work on each of the six motions; what is not held is judged
         let mut worst = Vector6::zeros();
@@ -169,7 +176,13 @@ impl FreePiece {
 
     /// Takes the rigid motions out of `u`, so that among all solutions the one with none of them (in the lumped mass) is
     /// left; for small rotations.
-    pub(crate) fn remove_motions(&self, mesh: &TetMesh, fixed: &[bool], masses: &[f64], u: &mut [f64]) {
+    pub(crate) fn remove_motions<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        fixed: &[bool],
+        masses: &[f64],
+        u: &mut [f64],
+    ) {
         let n = self.motions.len();
         let mut gram = DMatrix::zeros(n, n);
         let mut right = DVector::zeros(n);

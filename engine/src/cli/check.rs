@@ -2,12 +2,19 @@
 
 use std::path::Path;
 
-use kerfem_engine::{EngineError, Scene, Simulation};
+use kerfem_engine::{AnySimulation, EngineError, Scene, Simulation};
 
 pub(super) fn check(path: &Path) -> Result<u8, EngineError> {
     let scene = Scene::read(path)?;
     let name = scene.name.clone();
-    let simulation = Simulation::new(scene)?;
+    match AnySimulation::new(scene)? {
+        AnySimulation::Solid(simulation) => summarise(&name, &simulation),
+        AnySimulation::Planar(simulation) => summarise(&name, &simulation),
+    }
+    Ok(0)
+}
+
+fn summarise<const N: usize>(name: &str, simulation: &Simulation<N>) {
     let figures = simulation.mesh_figures();
     say!("{name}: accepted");
     say!("vertices {}", figures.vertices);
@@ -25,5 +32,4 @@ pub(super) fn check(path: &Path) -> Result<u8, EngineError> {
     for warning in simulation.warnings() {
         say!("warning: {warning}");
     }
-    Ok(0)
 }

@@ -3,11 +3,11 @@
 use kerfem_cutting::{CutOptions, Method as CutMethod};
 use kerfem_engine::geometry::{GeometryCut, cut_at_rest};
 use kerfem_engine::{EngineError, output};
+use kerfem_mesh::SimplexMesh;
 
-use super::{CutArguments, Method};
+use super::{CutArguments, MeshFile, Method, bad};
 
 pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
-    let mut mesh = super::read_tets(&arguments.mesh)?;
     let method = match arguments.method {
         Method::Delete => CutMethod::Delete,
         Method::Subdivide => CutMethod::Subdivide,
@@ -18,9 +18,29 @@ pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
         method,
         snap: arguments.snap,
     };
-    let done = cut_at_rest(&mut mesh, &arguments.sweep, &options)?;
+    match MeshFile::read(&arguments.mesh)? {
+        MeshFile::Tets(mut mesh) => cut_and_write(&mut mesh, arguments, &options),
+        MeshFile::Triangles(mut mesh) => match mesh.rest_positions().iter().find(|p| p.z != 0.0) {
+            None => cut_and_write(&mut mesh, arguments, &options),
+            Some(p) => Err(bad(
+                arguments.mesh.display().to_string(),
+                format!(
+                    "a surface in space (z = {}) cannot be cut yet; accepted: tetrahedra, triangles with z = 0",
+                    p.z
+                ),
+            )),
+        },
+    }
+}
+
+fn cut_and_write<const N: usize>(
+    mesh: &mut SimplexMesh<N>,
+    arguments: &CutArguments,
+    options: &CutOptions,
+) -> Result<u8, EngineError> {
+    let done = cut_at_rest(mesh, &arguments.sweep, options)?;
     if let Some(path) = &arguments.output {
-        output::write_mesh(path, &mesh)?;
+        output::write_mesh(path, mesh)?;
     }
     if arguments.json {
         say!("{:#}", serde_json::json!(done));

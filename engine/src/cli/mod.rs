@@ -14,10 +14,11 @@ mod cut;
 mod quality;
 mod run;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use kerfem_engine::EngineError;
+use kerfem_mesh::{TetMesh, TriMesh};
 
 /// Deformable solids that can be cut.
 #[derive(Parser)]
@@ -38,7 +39,7 @@ enum Action {
     },
     /// Counts, volume, quality of the cells and their histograms
     Quality {
-        /// A tetrahedral mesh (.vtu, .msh)
+        /// A mesh of tetrahedra or triangles (.vtu, .msh)
         mesh: PathBuf,
         /// Print JSON
         #[arg(long)]
@@ -74,9 +75,9 @@ struct RunArguments {
 
 #[derive(clap::Args)]
 struct CutArguments {
-    /// A tetrahedral mesh (.vtu, .msh)
+    /// A mesh of tetrahedra, or of triangles with z = 0 (.vtu, .msh)
     mesh: PathBuf,
-    /// A triangulated surface (.obj, .vtu)
+    /// A triangulated surface, for triangles line segments (.obj, .vtu)
     #[arg(long)]
     sweep: PathBuf,
     /// How the mesh is made to follow the sweep
@@ -121,15 +122,25 @@ fn bad(place: impl Into<String>, message: impl Into<String>) -> EngineError {
     }
 }
 
-/// A tetrahedral mesh from a file.
-fn read_tets(path: &std::path::Path) -> Result<kerfem_mesh::TetMesh, EngineError> {
-    let data = kerfem_mesh::io::read_mesh(path).map_err(EngineError::Read)?;
-    if data.tets.is_empty() {
-        return Err(bad(
-            path.display().to_string(),
-            "the file has no tetrahedra; a tetrahedral mesh is needed",
-        ));
+/// A mesh from a file: its tetrahedra, or, if it has none, its triangles.
+enum MeshFile {
+    Tets(TetMesh),
+    Triangles(TriMesh),
+}
+
+impl MeshFile {
+    fn read(path: &Path) -> Result<Self, EngineError> {
+        let data = kerfem_mesh::io::read_mesh(path).map_err(EngineError::Read)?;
+        let mesh = if !data.tets.is_empty() {
+            data.into_tet_mesh().map(MeshFile::Tets)
+        } else if data.triangles.is_empty() {
+            let message = "the file has neither tetrahedra nor triangles";
+            return Err(bad(path.display().to_string(), message));
+        } else if data.points.iter().all(|p| p.z == 0.0) {
+            TriMesh::planar(data.points, data.triangles).map(MeshFile::Triangles)
+        } else {
+            data.into_tri_mesh().map(MeshFile::Triangles)
+        };
+        mesh.map_err(|e| bad(path.display().to_string(), e.to_string()))
     }
-    data.into_tet_mesh()
-        .map_err(|e| bad(path.display().to_string(), e.to_string()))
 }

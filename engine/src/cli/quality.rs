@@ -4,17 +4,31 @@ use std::path::Path;
 
 use kerfem_engine::EngineError;
 use kerfem_engine::report::QualityFigures;
+use kerfem_mesh::SimplexMesh;
 use kerfem_mesh::quality::{Histogram, histograms, volume};
 use serde_json::json;
+
+use super::MeshFile;
 
 /// Ranges of each histogram.
 const BINS: usize = 20;
 
 pub(super) fn quality(path: &Path, as_json: bool) -> Result<u8, EngineError> {
-    let mesh = super::read_tets(path)?;
-    let figures = QualityFigures::of(&mesh);
-    let histograms = histograms(&mesh, mesh.rest_positions(), BINS);
+    match MeshFile::read(path)? {
+        MeshFile::Tets(mesh) => print(&mesh, as_json),
+        MeshFile::Triangles(mesh) => print(&mesh, as_json),
+    }
+    Ok(0)
+}
+
+fn print<const N: usize>(mesh: &SimplexMesh<N>, as_json: bool) {
+    let figures = QualityFigures::of(mesh);
+    let histograms = histograms(mesh, mesh.rest_positions(), BINS);
     let pieces = mesh.pieces().1;
+    let (size, unit, angle, size_key) = match N {
+        3 => ("area", "m2", "corner", "area_m2"),
+        _ => ("volume", "m3", "dihedral", "volume_m3"),
+    };
     if as_json {
         let histograms: Vec<_> = histograms
             .iter()
@@ -24,32 +38,31 @@ pub(super) fn quality(path: &Path, as_json: bool) -> Result<u8, EngineError> {
             "vertices": mesh.num_vertices(),
             "cells": mesh.num_cells(),
             "pieces": pieces,
-            "volume_m3": volume(&mesh),
+            (size_key): volume(mesh),
             "quality": figures,
             "histograms": histograms,
         });
         say!("{all:#}");
-        return Ok(0);
+        return;
     }
     say!("vertices {}", mesh.num_vertices());
     say!("cells {}", mesh.num_cells());
     say!("pieces {pieces}");
-    say!("volume {:e} m3", volume(&mesh));
+    say!("{size} {:e} {unit}", volume(mesh));
     say!(
         "radius ratio: min {:.4}, mean {:.4}",
         figures.min_radius_ratio,
         figures.mean_radius_ratio
     );
     say!(
-        "dihedral angle: min {:.2}, max {:.2} deg",
+        "{angle} angle: min {:.2}, max {:.2} deg",
         figures.min_dihedral_deg,
         figures.max_dihedral_deg
     );
     say!("longest edge over inradius: max {:.3}", figures.max_edge_over_inradius);
-    say!("volume: max over min {:.3}", figures.max_over_min_volume);
+    say!("{size}: max over min {:.3}", figures.max_over_min_volume);
     say!("edge: max over min {:.3}", figures.max_over_min_edge);
     histograms.iter().for_each(print_histogram);
-    Ok(0)
 }
 
 fn print_histogram(h: &Histogram) {

@@ -10,7 +10,7 @@ pub(super) struct Copies<'c> {
 }
 
 impl<'c> Copies<'c> {
-    pub(super) fn of(change: &'c MeshChange<4>) -> Self {
+    pub(super) fn of<const N: usize>(change: &'c MeshChange<N>) -> Self {
         Copies {
             moved: change.vertices_moved.iter().map(|m| (m.id, &m.parents)).collect(),
         }

@@ -1,6 +1,6 @@
 //! Prescribed displacements.
 
-use kerfem_mesh::{AddedVertex, MeshChange, TetMesh, VertexId};
+use kerfem_mesh::{AddedVertex, MeshChange, SimplexMesh, VertexId};
 
 use super::Selector;
 use super::copies::Copies;
@@ -21,17 +21,20 @@ struct FixedSet {
     displacement: [Expression; 3],
 }
 
-/// All prescribed displacements: which dofs, and their values over time.
+/// All prescribed displacements: which dofs, and their values over time. In the plane, displacements along z are zero.
 #[derive(Clone, Debug)]
-pub(crate) struct FixedDofs {
+pub(crate) struct FixedDofs<const N: usize = 4> {
     sets: Vec<FixedSet>,
     /// For each vertex slot and axis the set that prescribes it, or `FREE`.
     owner: Vec<[u32; 3]>,
     mask: Vec<bool>,
 }
 
-impl FixedDofs {
-    pub(crate) fn new(scene: &Scene, input: &MeshInput) -> Result<Self, EngineError> {
+impl<const N: usize> FixedDofs<N> {
+    /// The mask of a vertex that belongs to no set.
+    const NONE: [bool; 3] = [false, false, N == 3];
+
+    pub(crate) fn new(scene: &Scene, input: &MeshInput<N>) -> Result<Self, EngineError> {
         let mut sets = Vec::with_capacity(scene.fixed.len());
         for (index, spec) in scene.fixed.iter().enumerate() {
             let (source, section) = (&scene.source, "fixed");
@@ -42,11 +45,11 @@ impl FixedDofs {
                 index,
             }
             .fixed(spec)?;
-            let letters = spec.axes.as_deref().unwrap_or("xyz");
+            let letters = spec.axes.as_deref().unwrap_or(&"xyz"[..N - 1]);
             let axes = ["x", "y", "z"].map(|a| letters.contains(a));
             let mut displacement = [(); 3].map(|()| Expression::constant(0.0));
             if let Some(given) = &spec.displacement {
-                let all = given.len() == 3;
+                let all = given.len() >= N - 1;
                 for (k, letter) in letters.chars().enumerate() {
                     let axis = "xyz".find(letter).unwrap_or(0);
                     displacement[axis] = given[if all { axis } else { k }].clone();
@@ -70,15 +73,15 @@ impl FixedDofs {
         Ok(fixed)
     }
 
-    fn refresh_all(&mut self, mesh: &TetMesh) {
+    fn refresh_all(&mut self, mesh: &SimplexMesh<N>) {
         self.owner = vec![[FREE; 3]; mesh.vertex_slots()];
-        self.mask = vec![false; 3 * mesh.vertex_slots()];
+        self.mask = Self::NONE.repeat(mesh.vertex_slots());
         for v in mesh.vertex_ids() {
             self.refresh(v);
         }
     }
 
-    fn check_values(&self, scene: &Scene, mesh: &TetMesh) -> Result<(), EngineError> {
+    fn check_values(&self, scene: &Scene, mesh: &SimplexMesh<N>) -> Result<(), EngineError> {
         let end = scene.time.end.unwrap_or(0.0);
         for v in mesh.vertex_ids() {
             let place = mesh.rest_position(v);
@@ -102,7 +105,7 @@ impl FixedDofs {
     }
 
     /// Number of vertices of each set, in the order of the scene.
-    pub(crate) fn counts(&self, mesh: &TetMesh) -> Vec<usize> {
+    pub(crate) fn counts(&self, mesh: &SimplexMesh<N>) -> Vec<usize> {
         let count = |s: &FixedSet| mesh.vertex_ids().filter(|v| s.members[v.index()]).count();
         self.sets.iter().map(count).collect()
     }
@@ -134,7 +137,7 @@ impl FixedDofs {
     ///
     /// # Errors
     /// The vertex and the expression that has no finite value.
-    pub(crate) fn prescribe(&self, mesh: &TetMesh, t: f64, u: &mut [f64]) -> Result<(), String> {
+    pub(crate) fn prescribe(&self, mesh: &SimplexMesh<N>, t: f64, u: &mut [f64]) -> Result<(), String> {
         for (v, owners) in self.owner.iter().enumerate().filter(|(_, o)| **o != [FREE; 3]) {
             let place = mesh.rest_positions()[v];
             for (axis, &owner) in owners.iter().enumerate() {
@@ -157,7 +160,7 @@ impl FixedDofs {
     /// A set given by a condition takes new and moved vertices whose rest position satisfies it. Another set takes copies
     /// of its vertices, and new vertices whose parents all belong to it and that lie on a descendant of an original
     /// boundary facet whose vertices all belong to it.
-    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+    pub(crate) fn follow(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) {
         let copies = Copies::of(change);
         for set in &mut self.sets {
             set.members.resize(mesh.vertex_slots(), false);
@@ -171,7 +174,8 @@ impl FixedDofs {
             }
         }
         self.owner.resize(mesh.vertex_slots(), [FREE; 3]);
-        self.mask.resize(3 * mesh.vertex_slots(), false);
+        let slots = self.mask.len() / 3..mesh.vertex_slots();
+        self.mask.extend(slots.flat_map(|_| Self::NONE));
         for v in &change.vertices_added {
             self.refresh(v.id);
         }
@@ -180,7 +184,7 @@ impl FixedDofs {
         }
         for v in &change.vertices_removed {
             self.owner[v.id.index()] = [FREE; 3];
-            self.mask[3 * v.id.index()..][..3].fill(false);
+            self.mask[3 * v.id.index()..][..3].copy_from_slice(&Self::NONE);
         }
     }
 
@@ -192,12 +196,13 @@ impl FixedDofs {
             }
         }
         self.owner[v.index()] = owner;
-        self.mask[3 * v.index()..][..3].copy_from_slice(&owner.map(|o| o != FREE));
+        let mask = [0, 1, 2].map(|axis| Self::NONE[axis] || owner[axis] != FREE);
+        self.mask[3 * v.index()..][..3].copy_from_slice(&mask);
     }
 }
 
 impl FixedSet {
-    fn takes(&self, mesh: &TetMesh, v: &AddedVertex, copies: &Copies<'_>) -> bool {
+    fn takes<const N: usize>(&self, mesh: &SimplexMesh<N>, v: &AddedVertex, copies: &Copies<'_>) -> bool {
         if let Some(condition) = &self.condition {
             return condition.0.holds(&mesh.rest_position(v.id));
         }

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use kerfem_fem::{Assembler, load};
-use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, TetMesh, VertexId};
+use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, SimplexMesh, VertexId};
 
 use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
-use crate::{EngineError, Expression, LoadSpec, Scene};
+use crate::{Components, EngineError, Expression, LoadSpec, Scene};
 
 /// What a load acts on.
 #[derive(Clone, Debug)]
@@ -41,10 +41,12 @@ struct Load {
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     loads: Vec<Load>,
+    /// Of a planar body (m), else 1: facet loads are given per area of the boundary, which is length times this.
+    thickness: f64,
 }
 
 impl Loads {
-    pub(crate) fn new(scene: &Scene, input: &MeshInput) -> Result<Self, EngineError> {
+    pub(crate) fn new<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Result<Self, EngineError> {
         let mut loads = Vec::with_capacity(scene.load.len());
         for (index, spec) in scene.load.iter().enumerate() {
             let (source, section) = (&scene.source, "load");
@@ -58,7 +60,8 @@ impl Loads {
                 spec,
             )?);
         }
-        Ok(Loads { loads })
+        let thickness = scene.material.thickness.unwrap_or(1.0);
+        Ok(Loads { loads, thickness })
     }
 
     /// Whether any load varies with time.
@@ -87,7 +90,7 @@ impl Loads {
     }
 
     /// How many of what each load acts on, in the order of the scene.
-    pub(crate) fn counts(&self, mesh: &TetMesh) -> Vec<(usize, &'static str)> {
+    pub(crate) fn counts<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<(usize, &'static str)> {
         let count = |l: &Load| match &l.place {
             Place::Body => (mesh.num_cells(), "cells"),
             Place::Facets { sides, .. } => (sides.len(), "facets"),
@@ -111,10 +114,16 @@ impl Loads {
     ///
     /// # Errors
     /// The load that has no finite value, in words.
-    pub(crate) fn force(&self, mesh: &TetMesh, assembler: &Assembler, t: f64, f: &mut [f64]) -> Result<(), String> {
+    pub(crate) fn force<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        assembler: &Assembler<N>,
+        t: f64,
+        f: &mut [f64],
+    ) -> Result<(), String> {
         f.fill(0.0);
         for (i, load) in self.loads.iter().enumerate() {
-            load.add(mesh, assembler, t, f);
+            load.add(mesh, assembler, self.thickness, t, f);
             if let Some(dof) = f.iter().position(|x| !x.is_finite()) {
                 return Err(format!(
                     "load {i} (from zero) has no finite value at vertex {}",
@@ -127,7 +136,7 @@ impl Loads {
 
     /// Follows a change of the mesh: facets keep their load in their descendants, a doubled vertex shares its force
     /// equally with its copies, a merged one passes it on.
-    pub(crate) fn follow(&mut self, mesh: &TetMesh, change: &MeshChange<4>) {
+    pub(crate) fn follow<const N: usize>(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) {
         for load in &mut self.loads {
             match &mut load.place {
                 Place::Body => {}
@@ -139,8 +148,8 @@ impl Loads {
 }
 
 impl Load {
-    fn new(select: &Selector<'_>, spec: &LoadSpec) -> Result<Self, EngineError> {
-        let vector = |v: &[Expression; 3]| Action::Vector(v.clone());
+    fn new<const N: usize>(select: &Selector<'_, N>, spec: &LoadSpec) -> Result<Self, EngineError> {
+        let vector = |v: &Components<Expression>| Action::Vector(v.in_space());
         if let Some(g) = &spec.gravity {
             return Ok(Load {
                 place: Place::Body,
@@ -181,7 +190,14 @@ impl Load {
         }
     }
 
-    fn add(&self, mesh: &TetMesh, assembler: &Assembler, t: f64, f: &mut [f64]) {
+    fn add<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        assembler: &Assembler<N>,
+        thickness: f64,
+        t: f64,
+        f: &mut [f64],
+    ) {
         match (&self.place, &self.action) {
             (Place::Body, Action::Vector(g)) => {
                 let g = g.each_ref().map(|e| e.value(&kerfem_mesh::Point::zeros(), t));
@@ -189,13 +205,13 @@ impl Load {
             }
             (Place::Facets { sides, .. }, Action::Vector(traction)) => {
                 let sides: Vec<FacetSide> = sides.iter().copied().collect();
-                load::add_traction(mesh, &sides, |p| traction.each_ref().map(|e| e.value(&p, t)), f);
+                let traction = |p| traction.each_ref().map(|e| thickness * e.value(&p, t));
+                load::add_traction(mesh, &sides, traction, f);
             }
             (Place::Facets { sides, .. }, Action::Pressure(pressure)) => {
                 for side in sides {
-                    let corners = mesh.facet_corners(*side).map(|v| mesh.rest_position(v));
-                    let outward = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
-                    let traction = |p| (outward * -pressure.value(&p, t)).into();
+                    let outward = mesh.facet_normal(*side).normalize();
+                    let traction = |p| (outward * (-thickness * pressure.value(&p, t))).into();
                     load::add_traction(mesh, std::slice::from_ref(side), traction, f);
                 }
             }
@@ -212,14 +228,19 @@ impl Load {
     }
 }
 
-fn carries(mesh: &TetMesh, side: FacetSide, labels: &[bool]) -> bool {
+fn carries<const N: usize>(mesh: &SimplexMesh<N>, side: FacetSide, labels: &[bool]) -> bool {
     mesh.facet_labels(side.cell)[side.local as usize]
         .some()
         .is_some_and(|i| labels[i])
 }
 
-fn follow_facets(labels: &[bool], sides: &mut BTreeSet<FacetSide>, mesh: &TetMesh, change: &MeshChange<4>) {
-    let all = |cell: CellId| (0..4).map(move |local| FacetSide { cell, local });
+fn follow_facets<const N: usize>(
+    labels: &[bool],
+    sides: &mut BTreeSet<FacetSide>,
+    mesh: &SimplexMesh<N>,
+    change: &MeshChange<N>,
+) {
+    let all = |cell: CellId| (0..N as u8).map(move |local| FacetSide { cell, local });
     for cell in &change.cells_removed {
         for side in all(cell.id) {
             sides.remove(&side);
@@ -230,7 +251,11 @@ fn follow_facets(labels: &[bool], sides: &mut BTreeSet<FacetSide>, mesh: &TetMes
     }
 }
 
-fn follow_vertices(shares: &mut BTreeMap<VertexId, f64>, mesh: &TetMesh, change: &MeshChange<4>) {
+fn follow_vertices<const N: usize>(
+    shares: &mut BTreeMap<VertexId, f64>,
+    mesh: &SimplexMesh<N>,
+    change: &MeshChange<N>,
+) {
     let copies = Copies::of(change);
     let mut copies_of: BTreeMap<VertexId, Vec<VertexId>> = BTreeMap::new();
     for v in &change.vertices_added {

@@ -9,14 +9,14 @@ use crate::scene::source::Source;
 use crate::{Condition, EngineError, FixedSpec, LoadSpec};
 
 /// Resolves the selections of one section of a scene.
-pub(crate) struct Selector<'a> {
-    pub(crate) input: &'a MeshInput,
+pub(crate) struct Selector<'a, const N: usize> {
+    pub(crate) input: &'a MeshInput<N>,
     pub(crate) source: &'a Source,
     pub(crate) section: &'static str,
     pub(crate) index: usize,
 }
 
-impl Selector<'_> {
+impl<const N: usize> Selector<'_, N> {
     pub(super) fn fail<T>(&self, key: &str, message: impl Into<String>) -> Result<T, EngineError> {
         Err(self.source.error(self.section, self.index, key, message))
     }
@@ -86,7 +86,7 @@ impl Selector<'_> {
             let flags: Vec<bool> = mesh.rest_positions().iter().map(|p| c.0.holds(p)).collect();
             (all_of(&flags), "where")
         } else if let Some(list) = &spec.facets {
-            (self.labels(list, "facets")?, "facets")
+            (self.listed_facets(list)?, "facets")
         } else if let Some(list) = &spec.vertices {
             (all_of(&self.flags(list, "vertices")?), "vertices")
         } else {
@@ -102,11 +102,28 @@ impl Selector<'_> {
         }
     }
 
+    fn listed_facets(&self, list: &[Vec<usize>]) -> Result<Vec<bool>, EngineError> {
+        let mut facets = Vec::with_capacity(list.len());
+        for f in list {
+            let distinct = (1..f.len()).all(|k| !f[..k].contains(&f[k]));
+            match (f.as_slice(), N) {
+                (&[a, b, c], 4) if distinct => facets.push([a, b, c]),
+                (&[a, b], 3) if distinct => facets.push([a, b, b]),
+                _ => {
+                    let message = format!("{f:?} is no facet; {} different vertices each are needed", N - 1);
+                    return self.fail("facets", message);
+                }
+            }
+        }
+        self.labels(&facets, "facets")
+    }
+
     fn labels(&self, facets: &[[usize; 3]], key: &str) -> Result<Vec<bool>, EngineError> {
         let originals = self.input.mesh.original_facets();
+        // an edge repeats one of its ends
         let sorted = |mut f: [usize; 3]| {
             f.sort_unstable();
-            f
+            if f[0] == f[1] { [f[0], f[2], f[2]] } else { f }
         };
         let by_corners: BTreeMap<[usize; 3], FacetLabel> = (originals.iter().enumerate())
             .map(|(i, f)| (sorted(f.map(VertexId::index)), FacetLabel(i as u32)))
@@ -115,7 +132,7 @@ impl Selector<'_> {
         for f in facets {
             match by_corners.get(&sorted(*f)) {
                 Some(label) => labels[label.0 as usize] = true,
-                None => return self.fail(key, format!("{f:?} is no boundary facet of the mesh")),
+                None => return self.fail(key, format!("{:?} is no boundary facet of the mesh", &f[..N - 1])),
             }
         }
         Ok(labels)

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use kerfem_mesh::io::{VtuArray, VtuCells, VtuGrid, write_atomically, write_vtu};
-use kerfem_mesh::{CellId, Point, TetMesh, VertexId, quality};
+use kerfem_mesh::{CellId, Point, SimplexMesh, VertexId, quality};
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::{EngineError, FieldName, Simulation};
@@ -15,7 +15,7 @@ pub(crate) struct Numbering {
 }
 
 impl Numbering {
-    pub(crate) fn of(mesh: &TetMesh) -> Self {
+    pub(crate) fn of<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
         let vertices: Vec<VertexId> = mesh.vertex_ids().collect();
         let mut index = vec![usize::MAX; mesh.vertex_slots()];
         for (i, v) in vertices.iter().enumerate() {
@@ -24,16 +24,18 @@ impl Numbering {
         Numbering { vertices, index }
     }
 
-    fn grid(&self, mesh: &TetMesh) -> VtuGrid<'static> {
+    fn grid<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuGrid<'static> {
         let points: Vec<Point> = self.vertices.iter().map(|v| mesh.rest_position(*v)).collect();
-        let cells: Vec<[usize; 4]> = mesh
-            .cell_ids()
-            .map(|c| mesh.cell(c).map(|v| self.index[v.index()]))
-            .collect();
+        let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| self.index[v.index()]));
+        let cells = if N == 3 {
+            VtuCells::Triangles(cells.map(|c| [c[0], c[1], c[2]]).collect())
+        } else {
+            VtuCells::Tets(cells.map(|c| [c[0], c[1], c[2], c[3]]).collect())
+        };
         let ids: Vec<i64> = self.vertices.iter().map(|v| i64::from(v.0)).collect();
         VtuGrid {
             points: points.into(),
-            cells: VtuCells::Tets(cells.into()),
+            cells,
             point_arrays: vec![VtuArray::integers("vertex_id", ids)],
             cell_arrays: Vec::new(),
         }
@@ -53,7 +55,7 @@ impl Numbering {
 ///
 /// # Errors
 /// [`EngineError::Write`].
-pub fn write_mesh(path: &Path, mesh: &TetMesh) -> Result<(), EngineError> {
+pub fn write_mesh<const N: usize>(path: &Path, mesh: &SimplexMesh<N>) -> Result<(), EngineError> {
     let mut grid = Numbering::of(mesh).grid(mesh);
     let values: Vec<f64> = mesh
         .cell_ids()
@@ -64,7 +66,7 @@ pub fn write_mesh(path: &Path, mesh: &TetMesh) -> Result<(), EngineError> {
 }
 
 /// Writes the present state at rest positions, with the fields that the scene asks for.
-pub(crate) fn write_state(path: &Path, simulation: &Simulation) -> Result<(), EngineError> {
+pub(crate) fn write_state<const N: usize>(path: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let mesh = &simulation.mesh;
     let numbering = Numbering::of(mesh);
     let mut grid = numbering.grid(mesh);
@@ -111,7 +113,7 @@ fn cell_field(field: FieldName) -> Option<(&'static str, usize)> {
     }
 }
 
-fn cell_values(simulation: &Simulation, field: FieldName, c: CellId) -> Vec<f64> {
+fn cell_values<const N: usize>(simulation: &Simulation<N>, field: FieldName, c: CellId) -> Vec<f64> {
     let (mesh, u) = (&simulation.mesh, &simulation.state.u);
     let stress = || simulation.assembler.cauchy_like_stress(mesh, simulation.model, c, u);
     match field {
@@ -121,10 +123,15 @@ fn cell_values(simulation: &Simulation, field: FieldName, c: CellId) -> Vec<f64>
         FieldName::Stress => row_by_row(&stress()),
         FieldName::Strain => {
             let gradient = simulation.assembler.deformation_gradient(mesh, c, u);
-            row_by_row(&match simulation.model {
+            let mut strain = match simulation.model {
                 kerfem_fem::Model::Linear => (gradient + gradient.transpose()) / 2.0 - Matrix3::identity(),
                 kerfem_fem::Model::Corotated => stretch(&gradient) - Matrix3::identity(),
-            })
+            };
+            let material = simulation.assembler.material(c);
+            if N == 3 && material.plane() == kerfem_fem::Plane::Stress {
+                strain[(2, 2)] = -material.poisson() / (1.0 - material.poisson()) * strain.trace();
+            }
+            row_by_row(&strain)
         }
         FieldName::Displacement | FieldName::Velocity | FieldName::InternalForce | FieldName::Mass => Vec::new(),
     }
@@ -181,7 +188,7 @@ impl Frames {
     }
 
     /// Writes the present state if a frame is due, to within `slack` (s).
-    pub(crate) fn offer(&mut self, simulation: &Simulation, slack: f64) -> Result<(), EngineError> {
+    pub(crate) fn offer<const N: usize>(&mut self, simulation: &Simulation<N>, slack: f64) -> Result<(), EngineError> {
         let time = simulation.state.time;
         if time < self.next - slack {
             return Ok(());

@@ -33,7 +33,7 @@ pub(crate) struct StepTable {
 }
 
 impl StepTable {
-    pub(crate) fn new(folder: &Path, simulation: &Simulation) -> Result<Self, EngineError> {
+    pub(crate) fn new<const N: usize>(folder: &Path, simulation: &Simulation<N>) -> Result<Self, EngineError> {
         let path = folder.join("steps.csv");
         let file = File::create(&path).map_err(|e| failed(&path, e))?;
         let mut table = StepTable {
@@ -49,9 +49,14 @@ impl StepTable {
     }
 
     /// Adds the row of a step; probes give displacements (m).
-    pub(crate) fn add(&mut self, s: &Simulation, info: &StepInfo, write_seconds: f64) -> Result<(), EngineError> {
+    pub(crate) fn add<const N: usize>(
+        &mut self,
+        s: &Simulation<N>,
+        info: &StepInfo,
+        write_seconds: f64,
+    ) -> Result<(), EngineError> {
         let vertices = s.mesh.num_vertices();
-        let counts = [s.mesh.num_cells(), vertices, 3 * vertices, info.iterations];
+        let counts = [s.mesh.num_cells(), vertices, (N - 1) * vertices, info.iterations];
         let e = info.energies;
         let seconds = [
             info.assemble_seconds,

@@ -1,4 +1,5 @@
-//! `--export-system`: the matrices in Matrix Market files, all dofs before constraints, in the vertex order of `final.vtu`.
+//! `--export-system`: the matrices in Matrix Market files, all dofs before constraints, in the vertex order of `final.vtu`;
+//! dof = `3 * vertex + axis`, of a planar mesh `2 * vertex + axis`.
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use crate::{EngineError, Simulation};
 
 /// Writes `system/K.mtx` (linear stiffness at rest), `K_tangent.mtx` (operator of the last solve, or the tangent where
 /// nothing was solved), `M.mtx`, `M_lumped.mtx` and `f.mtx` (external load).
-pub(crate) fn export_system(folder: &Path, simulation: &Simulation) -> Result<(), EngineError> {
+pub(crate) fn export_system<const N: usize>(folder: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let folder = folder.join("system");
     super::make_folder(&folder)?;
     let numbering = Numbering::of(&simulation.mesh);
@@ -25,11 +26,12 @@ pub(crate) fn export_system(folder: &Path, simulation: &Simulation) -> Result<()
             matrix.to_csr()
         }
     };
-    write_matrix(&folder.join("K.mtx"), &assembler.stiffness().to_csr(), &numbering)?;
-    write_matrix(&folder.join("K_tangent.mtx"), &tangent, &numbering)?;
-    write_matrix(&folder.join("M.mtx"), &assembler.consistent_mass().to_csr(), &numbering)?;
-    let dofs = 3 * numbering.vertices.len();
-    let mass = |dof: usize| assembler.lumped_mass()[numbering.vertices[dof / 3].index()];
+    write_matrix::<N>(&folder.join("K.mtx"), &assembler.stiffness().to_csr(), &numbering)?;
+    write_matrix::<N>(&folder.join("K_tangent.mtx"), &tangent, &numbering)?;
+    write_matrix::<N>(&folder.join("M.mtx"), &assembler.consistent_mass().to_csr(), &numbering)?;
+    let axes = N - 1;
+    let dofs = axes * numbering.vertices.len();
+    let mass = |dof: usize| assembler.lumped_mass()[numbering.vertices[dof / axes].index()];
     let written = write_atomically(folder.join("M_lumped.mtx"), |out| {
         writeln!(
             out,
@@ -41,16 +43,18 @@ pub(crate) fn export_system(folder: &Path, simulation: &Simulation) -> Result<()
     let load = &simulation.buffers.load;
     let written = write_atomically(folder.join("f.mtx"), |out| {
         writeln!(out, "%%MatrixMarket matrix array real general\n{dofs} 1")?;
-        let all = numbering.vertices.iter().flat_map(|v| &load[3 * v.index()..][..3]);
+        let all = numbering.vertices.iter().flat_map(|v| &load[3 * v.index()..][..axes]);
         all.into_iter().try_for_each(|f| writeln!(out, "{f:.16e}"))
     });
     written.map_err(EngineError::Write)
 }
 
-fn write_matrix(path: &Path, matrix: &CsMat<f64>, numbering: &Numbering) -> Result<(), EngineError> {
-    let dof = |slot_dof: usize| 3 * numbering.index[slot_dof / 3] + slot_dof % 3;
-    let dofs = 3 * numbering.vertices.len();
-    let entries = || matrix.iter().filter(|(value, _)| **value != 0.0);
+fn write_matrix<const N: usize>(path: &Path, matrix: &CsMat<f64>, numbering: &Numbering) -> Result<(), EngineError> {
+    let axes = N - 1;
+    let dof = |slot_dof: usize| axes * numbering.index[slot_dof / 3] + slot_dof % 3;
+    let dofs = axes * numbering.vertices.len();
+    let written = |(i, j): (usize, usize)| i % 3 < axes && j % 3 < axes;
+    let entries = || matrix.iter().filter(|(value, at)| **value != 0.0 && written(*at));
     let count = entries().count();
     let written = write_atomically(path, |out| {
         writeln!(

@@ -5,7 +5,7 @@ use kerfem_fem::Material;
 use super::{DampingSpec, FixedSpec, LoadSpec, MaterialSpec, Scene, Scheme};
 use crate::EngineError;
 
-type Checked = Result<(), EngineError>;
+pub(super) type Checked = Result<(), EngineError>;
 
 impl Scene {
     /// Checks every number and every choice that needs no mesh; the first mistake is the error.
@@ -26,13 +26,23 @@ impl Scene {
         self.check_cuts()?;
         self.check_probes()?;
         self.check_quantities()?;
-        match self.output.every {
-            Some(every) => self.positive("output", 0, "every", every),
-            None => Ok(()),
+        if let Some(every) = self.output.every {
+            self.positive("output", 0, "every", every)?;
+        }
+        // of a file, only reading it will tell
+        match self.mesh.file {
+            None => self.check_dimension(if self.mesh.plate.is_some() { 2 } else { 3 }),
+            Some(_) => Ok(()),
         }
     }
 
-    fn fail<T>(&self, section: &str, index: usize, key: &str, message: impl Into<String>) -> Result<T, EngineError> {
+    pub(super) fn fail<T>(
+        &self,
+        section: &str,
+        index: usize,
+        key: &str,
+        message: impl Into<String>,
+    ) -> Result<T, EngineError> {
         Err(self.source.error(section, index, key, message))
     }
 
@@ -97,6 +107,7 @@ impl Scene {
             ("file", m.file.is_some()),
             ("box", m.r#box.is_some()),
             ("ball", m.ball.is_some()),
+            ("plate", m.plate.is_some()),
         ];
         self.exactly_one("mesh", 0, &given)?;
         if let Some(b) = &m.r#box {
@@ -121,6 +132,20 @@ impl Scene {
                 return self.fail("mesh", 0, "ball", message);
             }
         }
+        if let Some(p) = &m.plate {
+            for s in p.size {
+                self.positive("mesh", 0, "plate", s)?;
+            }
+            self.finite("mesh", 0, "plate", &p.origin)?;
+            let count = p.cells.iter().try_fold(2usize, |n, c| n.checked_mul(*c));
+            if p.cells.contains(&0) || count.is_none_or(|n| n >= u32::MAX as usize) {
+                let message = format!(
+                    "cells = {:?} is not accepted; whole numbers from 1 with a product below 2e9",
+                    p.cells
+                );
+                return self.fail("mesh", 0, "plate", message);
+            }
+        }
         m.scale.map_or(Ok(()), |s| self.positive("mesh", 0, "scale", s))
     }
 
@@ -131,10 +156,15 @@ impl Scene {
             poisson,
             density,
             damping,
+            thickness,
+            ..
         } = &self.material;
         if let Err(e) = Material::new(*young, *poisson, *density) {
             let message = e.to_string();
             return self.fail("material", 0, &key_of(&message), message);
+        }
+        if let Some(thickness) = thickness {
+            self.positive("material", 0, "thickness", *thickness)?;
         }
         let DampingSpec { mass, stiffness } = *damping;
         if !(mass.is_finite() && mass >= 0.0) {
@@ -190,7 +220,7 @@ impl Scene {
             return self.fail("fixed", i, "axes", message);
         }
         match &f.displacement {
-            Some(d) if d.len() != 3 && d.len() != axes.len() => {
+            Some(d) if !(2..=3).contains(&d.len()) && d.len() != axes.len() => {
                 let message = format!(
                     "{} components are given; 3 or one for each of \"{axes}\" are needed",
                     d.len()
@@ -236,7 +266,7 @@ impl Scene {
             );
         }
         for (key, components) in [("gravity", &l.gravity), ("force", &l.force)] {
-            if let Some(e) = components.iter().flatten().find(|e| e.uses_place()) {
+            if let Some(e) = components.iter().flat_map(|c| &c.0).find(|e| e.uses_place()) {
                 let message = format!("\"{}\" depends on the place; only t is accepted", e.text());
                 return self.fail("load", i, key, message);
             }
@@ -251,7 +281,7 @@ impl Scene {
         ];
         for (key, field) in fields {
             if let Some(super::InitialField::Formula(all)) = field
-                && let Some(e) = all.iter().find(|e| e.uses_time())
+                && let Some(e) = all.0.iter().find(|e| e.uses_time())
             {
                 let message = format!("\"{}\" depends on t; the state at the start is in x, y, z", e.text());
                 return self.fail("initial", 0, key, message);
@@ -321,7 +351,7 @@ impl Scene {
 
     fn check_probes(&self) -> Checked {
         for (i, p) in self.probe.iter().enumerate() {
-            self.finite("probe", i, "point", &p.point)?;
+            self.finite("probe", i, "point", &p.point.0)?;
             let bad = p.name.is_empty() || p.name.contains([',', '"', '\n', '\r']);
             if bad || self.probe[..i].iter().any(|q| q.name == p.name) {
                 let message = format!(
@@ -362,8 +392,8 @@ impl Scene {
                     "it is missing; it says where the quantity is taken",
                 );
             }
-            if let Some(p) = q.point {
-                self.finite("quantity", i, "point", &p)?;
+            if let Some(p) = &q.point {
+                self.finite("quantity", i, "point", &p.0)?;
             }
         }
         Ok(())

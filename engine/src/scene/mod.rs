@@ -1,6 +1,7 @@
 //! The scene: what a `SCENE.toml` says, read and checked.
 
 mod check;
+mod plane;
 pub(crate) mod source;
 mod values;
 
@@ -15,7 +16,7 @@ use serde::Deserialize;
 
 use crate::{EngineError, Expression};
 use source::Source;
-pub use values::{Condition, InitialField};
+pub use values::{Components, Condition, InitialField};
 
 /// A scene as its file says it, checked as far as that is possible without the mesh.
 ///
@@ -67,17 +68,20 @@ pub struct Scene {
     pub(crate) source: Source,
 }
 
-/// Where the mesh comes from: exactly one of `file`, `box`, `ball`.
+/// Where the mesh comes from: exactly one of `file`, `box`, `ball`, `plate`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeshSpec {
-    /// A mesh file, relative to the scene.
+    /// A mesh file, relative to the scene: tetrahedra, or triangles with z = 0.
     pub file: Option<PathBuf>,
     /// A box of tetrahedra.
     pub r#box: Option<BoxSpec>,
     /// A ball of tetrahedra.
     pub ball: Option<BallSpec>,
+    /// A rectangle of triangles in the plane.
+    #[serde(alias = "plate2d")]
+    pub plate: Option<PlateSpec>,
     /// Factor on all coordinates (default 1).
     pub scale: Option<f64>,
 }
@@ -94,6 +98,20 @@ pub struct BoxSpec {
     /// The corner with the smallest coordinates (m).
     #[serde(default)]
     pub origin: [f64; 3],
+}
+
+/// A rectangle of `cells` smaller ones, two triangles each, in the plane z = 0.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PlateSpec {
+    /// Side lengths (m).
+    pub size: [f64; 2],
+    /// Rectangles along each side.
+    pub cells: [usize; 2],
+    /// The corner with the smallest coordinates (m).
+    #[serde(default)]
+    pub origin: [f64; 2],
 }
 
 /// A ball of `20 layers³` tetrahedra.
@@ -124,6 +142,31 @@ pub struct MaterialSpec {
     /// Rayleigh damping.
     #[serde(default)]
     pub damping: DampingSpec,
+    /// Planar meshes: what happens along z (default "strain").
+    pub plane: Option<PlaneName>,
+    /// Planar meshes: extent along z (m, default 1).
+    pub thickness: Option<f64>,
+}
+
+/// What a planar body does along z.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[serde(rename_all = "kebab-case")]
+pub enum PlaneName {
+    /// No strain along z: a slice of a long body.
+    #[default]
+    Strain,
+    /// No stress along z: a thin sheet.
+    Stress,
+}
+
+impl From<PlaneName> for kerfem_fem::Plane {
+    fn from(name: PlaneName) -> Self {
+        match name {
+            PlaneName::Strain => kerfem_fem::Plane::Strain,
+            PlaneName::Stress => kerfem_fem::Plane::Stress,
+        }
+    }
 }
 
 /// Rayleigh damping: the force `-(mass M + stiffness K) v`; `stiffness` must be zero for now.
@@ -218,9 +261,9 @@ pub struct FixedSpec {
     pub vertices: Option<Vec<usize>>,
     /// A named set of the mesh file.
     pub group: Option<String>,
-    /// Which components are prescribed (default "xyz").
+    /// Which components are prescribed (default "xyz", planar "xy").
     pub axes: Option<String>,
-    /// Their values (m), one an axis of `axes` or all three; default zero.
+    /// Their values (m), one an axis of `axes` or all of them; default zero.
     pub displacement: Option<Vec<Expression>>,
 }
 
@@ -230,17 +273,18 @@ pub struct FixedSpec {
 #[serde(deny_unknown_fields, default)]
 pub struct LoadSpec {
     /// Acceleration of the whole body (m/s²); expressions in `t`.
-    pub gravity: Option<[Expression; 3]>,
-    /// Force per rest area (Pa) on facets; expressions in `x, y, z, t`.
-    pub traction: Option<[Expression; 3]>,
+    pub gravity: Option<Components<Expression>>,
+    /// Force per rest area (Pa) on facets; expressions in `x, y, z, t`. On the edges of a planar mesh the area is length times
+    /// thickness.
+    pub traction: Option<Components<Expression>>,
     /// Pressure (Pa) along the inward rest normal of facets; an expression in `x, y, z, t`.
     pub pressure: Option<Expression>,
     /// The total force (N), shared equally by vertices; expressions in `t`.
-    pub force: Option<[Expression; 3]>,
+    pub force: Option<Components<Expression>>,
     /// Boundary facets whose vertices all satisfy this; for a force: vertices.
     pub r#where: Option<Condition>,
-    /// Boundary facets by their vertices.
-    pub facets: Option<Vec<[usize; 3]>>,
+    /// Boundary facets by their vertices: three each, two for the edges of a planar mesh.
+    pub facets: Option<Vec<Vec<usize>>>,
     /// Boundary facets whose vertices are all listed; for a force: vertices.
     pub vertices: Option<Vec<usize>>,
     /// A named set of the mesh file, as vertices or facets.
@@ -368,7 +412,7 @@ pub struct CutSpec {
     /// How the mesh is made to follow the sweep.
     #[serde(default)]
     pub method: MethodName,
-    /// A triangulated surface, relative to the scene.
+    /// A triangulated surface, for a planar mesh line segments; relative to the scene.
     pub sweep: PathBuf,
     /// Which positions the sweep is in.
     #[serde(default)]
@@ -418,7 +462,7 @@ pub struct ProbeSpec {
     /// Names its columns in `steps.csv`.
     pub name: String,
     /// Rest position (m).
-    pub point: [f64; 3],
+    pub point: Components<f64>,
 }
 
 /// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `energy`, `reaction`.
@@ -435,8 +479,8 @@ pub struct QuantitySpec {
     /// Smallest value over the vertices of `where`.
     pub min: Option<Component>,
     /// Value of `component` at a rest position (m).
-    pub point: Option<[f64; 3]>,
-    /// The component for `point` (default "uz").
+    pub point: Option<Components<f64>>,
+    /// The component for `point` (default "uz", planar "uy").
     pub component: Option<Component>,
     /// The elastic energy (J).
     pub energy: Option<bool>,

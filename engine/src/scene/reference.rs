@@ -5,7 +5,7 @@ use std::fmt::Write;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 use serde_json::Value;
 
-use super::{Condition, InitialField, Scene};
+use super::{Components, Condition, InitialField, Scene};
 use crate::Expression;
 use crate::expression::{BINARY, CONSTANTS, UNARY};
 
@@ -46,10 +46,12 @@ macro_rules! told_as {
 }
 told_as!(Expression, "Expression", "expression");
 told_as!(Condition, "Condition", "condition");
+told_as!(Components<Expression>, "Expressions", "3 expressions (2 in the plane)");
+told_as!(Components<f64>, "Numbers", "3 numbers (2 in the plane)");
 told_as!(
     InitialField,
     "InitialField",
-    "three expressions, or `{ file = \"...\", array = \"...\" }`: a point array of a file"
+    "3 expressions (2 in the plane), or `{ file = \"...\", array = \"...\" }`: a point array of a file"
 );
 
 /// The page, from the schema of a scene.

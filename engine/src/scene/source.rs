@@ -6,7 +6,7 @@ use crate::EngineError;
 use crate::nearest::nearest;
 
 /// Names that the format knows and this version does not run.
-const NOT_YET: [&str; 16] = [
+const NOT_YET: [&str; 12] = [
     "newmark",
     "bdf2",
     "central-difference",
@@ -15,12 +15,8 @@ const NOT_YET: [&str; 16] = [
     "delaunay",
     "blade",
     "path",
-    "plate",
-    "plate2d",
     "cylinder",
     "nodal",
-    "plane",
-    "thickness",
     "KI",
     "jump",
 ];

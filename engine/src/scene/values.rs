@@ -50,11 +50,41 @@ impl<'de> Deserialize<'de> for Condition {
     }
 }
 
-/// A vector field at the start: three expressions in `x, y, z`, or a point array of a file.
+/// A vector by its components, two (in the plane) or three.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Components<T>(pub Vec<T>);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Components<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let all = Vec::<T>::deserialize(deserializer)?;
+        match all.len() {
+            2 | 3 => Ok(Components(all)),
+            count => Err(de::Error::custom(format!(
+                "{count} components are given; 3 are needed, 2 in the plane"
+            ))),
+        }
+    }
+}
+
+impl Components<Expression> {
+    /// All three, with zero for one that is not given.
+    pub fn in_space(&self) -> [Expression; 3] {
+        std::array::from_fn(|k| self.0.get(k).cloned().unwrap_or_else(|| Expression::constant(0.0)))
+    }
+}
+
+impl Components<f64> {
+    /// All three, with zero for one that is not given.
+    pub fn in_space(&self) -> [f64; 3] {
+        std::array::from_fn(|k| self.0.get(k).copied().unwrap_or(0.0))
+    }
+}
+
+/// A vector field at the start: expressions in `x, y, z`, or a point array of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InitialField {
     /// One expression a component.
-    Formula([Expression; 3]),
+    Formula(Components<Expression>),
     /// The array called `array` of the points of `file`, in the order of the mesh file.
     File {
         /// The file, relative to the scene.
@@ -83,16 +113,11 @@ impl<'de> Visitor<'de> for FieldVisitor {
     type Value = InitialField;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("three numbers or expressions, or { file = \"...\", array = \"...\" }")
+        f.write_str("numbers or expressions, or { file = \"...\", array = \"...\" }")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<InitialField, A::Error> {
-        let all = Vec::<Expression>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
-        let count = all.len();
-        let three = <[Expression; 3]>::try_from(all);
-        three
-            .map(InitialField::Formula)
-            .map_err(|_| de::Error::custom(format!("{count} components are given; 3 are needed")))
+        Components::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(InitialField::Formula)
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<InitialField, A::Error> {

@@ -3,6 +3,8 @@
 mod cuts;
 mod dynamics;
 mod files;
+mod planar;
+mod planar_cuts;
 mod statics;
 
 use kerfem_engine::{Scene, Simulation};
