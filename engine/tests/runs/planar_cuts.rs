@@ -180,7 +180,7 @@ fn a_sweep_of_the_other_kind_is_refused() {
     );
     let text = cut_plate("v 1 -1 0\nv 1 2 0.5\nl 1 2\n").unwrap_err().to_string();
     assert!(
-        text.contains("point 1 has z = 0.5; a planar sweep lies in z = 0"),
+        text.contains("point 1 is (1, 2, 0.5); a planar sweep lies in z = 0"),
         "{text}"
     );
 }
