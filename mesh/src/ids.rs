@@ -1,15 +1,17 @@
 //! Typed indices. An id is the number of a slot: stable for the life of a mesh, never reused while it lives.
 
+use serde::{Deserialize, Serialize};
+
 /// A mesh corner: index of its slot in [`crate::SimplexMesh`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct VertexId(pub u32);
 
 /// A cell (tetrahedron or triangle): index of its slot in [`crate::SimplexMesh`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct CellId(pub u32);
 
 /// Which original boundary facet a facet descends from; [`FacetLabel::NONE`] for interior facets and cut faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct FacetLabel(pub u32);
 
 impl VertexId {

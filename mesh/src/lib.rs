@@ -23,6 +23,7 @@ mod planar;
 pub mod predicates;
 pub mod quality;
 mod simplex;
+mod stored;
 
 pub use box_tree::{Aabb, BoxTree, TouchedNodes};
 pub use change::{AddedCell, AddedVertex, MeshChange, MovedVertex, RemovedCell, RemovedVertex, Weights};

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
+use crate::stored::StoredMesh;
 use crate::{CellId, FacetLabel, VertexId, predicates, quality};
 
 /// A position in space, in metres. Planar meshes keep `z = 0`.
@@ -116,7 +118,7 @@ pub enum MeshError {
 pub struct FacetKey(pub [u32; 3]);
 
 /// A facet seen from a cell: the one opposite corner `local`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct FacetSide {
     /// The cell.
     pub cell: CellId,
@@ -129,7 +131,8 @@ pub struct FacetSide {
 /// Slots of vertices and cells are never renumbered; a removed one stays empty. Adjacency (cells of a vertex, neighbour
 /// behind each facet) is kept up to date by every [`crate::Edit`]. Lists are in ascending order of ids, so that a mesh has
 /// one representation whatever was done and undone to reach it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "StoredMesh", into = "StoredMesh")]
 pub struct SimplexMesh<const N: usize> {
     pub(crate) rest_positions: Vec<Point>,
     pub(crate) vertex_alive: Vec<bool>,
@@ -201,12 +204,7 @@ impl<const N: usize> SimplexMesh<N> {
             cells,
             planar,
         };
-        for c in 0..mesh.cells.len() {
-            for v in mesh.cells[c] {
-                mesh.cells_of_vertex[v.index()].push(CellId(c as u32));
-            }
-        }
-        mesh.link_all_facets()?;
+        mesh.link()?;
         for c in 0..mesh.cells.len() {
             for k in 0..N {
                 if mesh.neighbors[c][k] == CellId::NONE {
@@ -223,9 +221,13 @@ impl<const N: usize> SimplexMesh<N> {
         Ok(mesh)
     }
 
-    fn link_all_facets(&mut self) -> Result<(), MeshError> {
-        let mut open: HashMap<FacetKey, (FacetSide, Option<FacetSide>)> = HashMap::with_capacity(2 * self.cells.len());
-        for c in 0..self.cells.len() {
+    /// Finds the cells of each vertex and the neighbour behind each facet, where there are none yet.
+    pub(crate) fn link(&mut self) -> Result<(), MeshError> {
+        let mut open: HashMap<FacetKey, (FacetSide, Option<FacetSide>)> = HashMap::with_capacity(2 * self.live_cells);
+        for c in (0..self.cells.len()).filter(|&c| self.cell_alive[c]) {
+            for v in self.cells[c] {
+                self.cells_of_vertex[v.index()].push(CellId(c as u32));
+            }
             for k in 0..N {
                 let side = FacetSide {
                     cell: CellId(c as u32),

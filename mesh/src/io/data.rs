@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{MeshError, Point, TetMesh, TriMesh};
 
 use super::error::Problem;
@@ -50,7 +52,7 @@ pub struct Group {
 
 /// A triangulated cutting surface, or a line that cuts in the plane. Triangles and segments may be degenerate and points
 /// unused.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepData {
     /// Positions (m), finite.
     pub points: Vec<Point>,
