@@ -32,7 +32,25 @@ fn the_incision_gapes() {
 }
 
 #[test]
-fn the_loop_cuts_in_mid_flight() {
-    let replaced = real_time::run().unwrap();
-    assert!((50..1000).contains(&replaced), "{replaced}");
+fn the_loop_cuts_in_mid_flight_and_allocates_nothing_once_warm() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut body = real_time::Loop::new().unwrap();
+        let frames = |body: &mut real_time::Loop, numbers: std::ops::Range<u32>| {
+            let counted = allocation_counter::measure(|| numbers.for_each(|n| body.frame(n).unwrap()));
+            counted.count_total
+        };
+        assert!(frames(&mut body, 0..2) > 0, "what is allocated is counted");
+        assert_eq!(frames(&mut body, 2..20), 0);
+        let hanging = body.lowest();
+        let replaced = body.cut().unwrap();
+        assert!((50..1000).contains(&replaced), "{replaced}");
+        assert!(frames(&mut body, 20..22) > 0);
+        assert_eq!(frames(&mut body, 22..40), 0);
+        assert!(
+            body.lowest() < hanging && hanging < -0.05,
+            "{hanging} {}",
+            body.lowest()
+        );
+    });
 }

@@ -1,9 +1,11 @@
 //! The energy of a body over time.
 
+use serde::{Deserialize, Serialize};
+
 use crate::equilibrium::{Body, dot, mass_times};
 
 /// Energies (J) of a state.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Half of `v . M v`.
     pub kinetic: f64,

@@ -129,6 +129,11 @@ impl Equilibrium {
         &self.residual
     }
 
+    /// Takes back what [`Self::unbalanced`] and [`Self::force_scale`] gave.
+    pub(crate) fn recall(&mut self, unbalanced: Vec<f64>, scale: f64) {
+        (self.residual, self.scale) = (unbalanced, scale);
+    }
+
     /// Solves for `u`: on entry the start, on return the solution; prescribed dofs get their values.
     ///
     /// Newton's method with the exact Hessian and a backtracking line search on the energy; where the Hessian is not positive
@@ -172,6 +177,13 @@ impl Equilibrium {
             let info = solved?;
             done.iterations += info.iterations;
             done.newton_steps += 1;
+            tracing::trace!(
+                iterations = info.iterations,
+                residual = info.residual,
+                ?tangent,
+                before = done.residual,
+                "linear solve"
+            );
 
             let clock = Instant::now();
             let full = goal.one_step || carries || body.model == Model::Linear;

@@ -1,5 +1,6 @@
 //! Expressions of a scene: numbers and conditions in `x`, `y`, `z` (rest position) and `t`.
 
+use std::borrow::Cow;
 use std::fmt;
 
 pub(crate) type Unary = fn(f64) -> f64;
@@ -87,21 +88,27 @@ enum Op {
 /// names, `min`, `max`, `atan2`, `hypot`, `pow` and `if(condition, a, b)`; constants `pi`, `tau`.
 #[derive(Clone)]
 pub struct Expression {
-    text: String,
-    program: Vec<Op>,
+    body: Body,
     kind: Kind,
     uses: [bool; 4],
 }
 
+#[derive(Clone)]
+enum Body {
+    /// A number by itself; making one allocates nothing.
+    Constant(f64),
+    Formula { text: String, program: Vec<Op> },
+}
+
 impl fmt::Debug for Expression {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Expression({:?})", self.text)
+        write!(f, "Expression({:?})", self.text())
     }
 }
 
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
-        self.text == other.text
+        self.text() == other.text()
     }
 }
 
@@ -125,8 +132,7 @@ impl Expression {
     /// The number itself.
     pub fn constant(value: f64) -> Self {
         Expression {
-            text: format!("{value:?}"),
-            program: vec![Op::Push(value)],
+            body: Body::Constant(value),
             kind: Kind::Number,
             uses: [false; 4],
         }
@@ -149,16 +155,21 @@ impl Expression {
             }));
         }
         Ok(Expression {
-            text: text.to_owned(),
-            program: parser.program,
+            body: Body::Formula {
+                text: text.to_owned(),
+                program: parser.program,
+            },
             kind,
             uses: parser.uses,
         })
     }
 
     /// The text it was read from.
-    pub fn text(&self) -> &str {
-        &self.text
+    pub fn text(&self) -> Cow<'_, str> {
+        match &self.body {
+            Body::Constant(value) => format!("{value:?}").into(),
+            Body::Formula { text, .. } => text.into(),
+        }
     }
 
     /// Whether its value depends on the time.
@@ -173,10 +184,14 @@ impl Expression {
 
     /// The value at a rest position (m) and a time (s). NaN where a function has no value.
     pub fn value(&self, place: &nalgebra::Vector3<f64>, t: f64) -> f64 {
+        let program = match &self.body {
+            Body::Constant(value) => return *value,
+            Body::Formula { program, .. } => program,
+        };
         let variables = [place.x, place.y, place.z, t];
         let mut stack = [0.0f64; STACK];
         let mut top = 0;
-        for op in &self.program {
+        for op in program {
             match *op {
                 Op::Push(value) => {
                     stack[top] = value;

@@ -51,6 +51,7 @@ mod probes;
 mod quantities;
 pub mod report;
 pub mod run;
+mod save;
 mod scene;
 mod simulation;
 mod state;

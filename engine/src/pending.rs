@@ -2,6 +2,7 @@
 
 use kerfem_cutting::{CutError, CutOptions, CutOutcome, Method, Sweep};
 use kerfem_mesh::io::{self, SweepData};
+use serde::{Deserialize, Serialize};
 
 use crate::report::{CutRecord, CutSeconds};
 use crate::{EngineError, Frame, MethodName, Scene};
@@ -13,16 +14,39 @@ pub(crate) struct PendingCut {
     pub(crate) frame: Frame,
     pub(crate) sweep: Sweep,
     pub(crate) options: CutOptions,
+    /// What it was made from.
+    pub(crate) stored: StoredCut,
     /// What reading the sweep had to say.
     pub(crate) warnings: Vec<String>,
+}
+
+/// What a save holds of a cut that waits: the rest is in the scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct StoredCut {
+    /// Which `[[cut]]` it is, from zero.
+    index: usize,
+    surface: SweepData,
 }
 
 /// Reads the sweeps of a scene, in order of their time (of the scene, for the same time).
 pub(crate) fn read<const N: usize>(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
     let mut cuts = Vec::with_capacity(scene.cut.len());
-    for (i, spec) in scene.cut.iter().enumerate() {
-        let data = io::read_sweep(scene.source.resolve(&spec.sweep)).map_err(EngineError::Read)?;
-        let (sweep, warnings) = sweep_for::<N>(data).map_err(|e| {
+    for (index, spec) in scene.cut.iter().enumerate() {
+        let surface = io::read_sweep(scene.source.resolve(&spec.sweep)).map_err(EngineError::Read)?;
+        cuts.push(StoredCut { index, surface });
+    }
+    of::<N>(scene, cuts)
+}
+
+/// Cuts of a scene whose sweeps have been read, in order of their time.
+pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Result<Vec<PendingCut>, EngineError> {
+    let mut cuts = Vec::with_capacity(stored.len());
+    for stored in stored {
+        let i = stored.index;
+        let Some(spec) = scene.cut.get(i) else {
+            return Err(scene.source.error("cut", i, "", "there is no such cut"));
+        };
+        let (sweep, warnings) = sweep_for::<N>(stored.surface.clone()).map_err(|e| {
             let message = format!("{}: {e}", spec.sweep.display());
             scene.source.error("cut", i, "sweep", message)
         })?;
@@ -40,6 +64,7 @@ pub(crate) fn read<const N: usize>(scene: &Scene) -> Result<Vec<PendingCut>, Eng
                 method,
                 snap: spec.snap,
             },
+            stored,
             warnings: warnings
                 .iter()
                 .map(|w| format!("{}: {w}", spec.sweep.display()))

@@ -46,6 +46,39 @@ impl<const N: usize> Probes<N> {
         Ok(Probes { probes })
     }
 
+    /// The cells that the probes lie in, to be stored.
+    pub(crate) fn cells(&self) -> Vec<Option<CellId>> {
+        self.probes.iter().map(|p| p.cell).collect()
+    }
+
+    /// The probes of a scene in stored cells.
+    ///
+    /// # Errors
+    /// What does not fit scene and mesh.
+    pub(crate) fn restored(scene: &Scene, mesh: &SimplexMesh<N>, cells: &[Option<CellId>]) -> Result<Self, String> {
+        let misplaced = || "a probe does not lie in its cell".to_owned();
+        if cells.len() != scene.probe.len() {
+            return Err(misplaced());
+        }
+        let probes = scene.probe.iter().zip(cells).map(|(spec, cell)| {
+            let rest = Point::from(spec.point.in_space());
+            let weights = match cell.filter(|c| mesh.has_cell(*c)) {
+                Some(c) => locate(mesh, &rest, [c]).ok_or_else(misplaced)?.1,
+                None if cell.is_some() => return Err(misplaced()),
+                None => [0.0; N],
+            };
+            Ok(Probe {
+                name: spec.name.clone(),
+                rest,
+                cell: *cell,
+                weights,
+            })
+        });
+        Ok(Probes {
+            probes: probes.collect::<Result<_, _>>()?,
+        })
+    }
+
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.probes.iter().map(|p| p.name.as_str())
     }

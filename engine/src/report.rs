@@ -1,10 +1,10 @@
 //! What a run reports (`report.json`).
 
 use kerfem_mesh::{SimplexMesh, quality};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Quality of the cells at rest; see [`kerfem_mesh::quality`] for the measures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct QualityFigures {
     /// Smallest radius ratio `3 r / R`, of triangles `2 r / R`.
     pub min_radius_ratio: f64,
@@ -39,7 +39,7 @@ impl QualityFigures {
 }
 
 /// Size and quality of a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeshFigures {
     /// Vertices, unreferenced ones included.
     pub vertices: usize,
@@ -56,7 +56,7 @@ pub struct MeshFigures {
 }
 
 /// Linear and nonlinear solves of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SolverFigures {
     /// Iterations of the linear solver.
     pub iterations_total: usize,
@@ -71,7 +71,7 @@ pub struct SolverFigures {
 }
 
 /// Seconds by the clock, by task.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
     /// From reading the scene to the last file.
     pub total: f64,
@@ -88,7 +88,7 @@ pub struct Seconds {
 }
 
 /// Seconds of one cut.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CutSeconds {
     /// Finding cells.
     pub find: f64,
@@ -101,7 +101,7 @@ pub struct CutSeconds {
 }
 
 /// One cut.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CutRecord {
     /// When it was made (s).
     pub at: f64,
@@ -156,7 +156,7 @@ pub struct CutRecord {
 }
 
 /// The checks of `--verify`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerifyFigures {
     /// K after local updates against a fresh assembly.
     pub stiffness_max_relative_difference: f64,
@@ -184,7 +184,7 @@ impl VerifyFigures {
 }
 
 /// Something that "auto" chose.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// The choice.
     pub chosen: String,

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use kerfem_mesh::io::write_atomically;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::output::{self, Frames, StepTable, export_system, write_state};
+use crate::output::{self, FrameList, Frames, StepTable, export_system, write_state};
 use crate::report::{CutRecord, MeshFigures, Seconds, SolverFigures, VerifyFigures};
 use crate::{AnySimulation, Choices, EngineError, Scene, Scheme, Simulation, StepInfo};
 
@@ -22,6 +22,23 @@ pub struct RunOptions {
     pub export_system: bool,
     /// Stop at this time (s) if it comes before the end of the scene.
     pub until: Option<f64>,
+    /// Go on from the save in the folder instead of beginning anew.
+    pub resume: bool,
+    /// Time by the clock between saves (zero: after each step); `None`: only the last state is saved.
+    pub save_every: Option<Duration>,
+}
+
+/// The save of a run, in its folder.
+const SAVE: &str = "state.kerfem";
+
+/// How far a run has come, besides the state of its simulation.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Progress {
+    /// The mesh at the beginning.
+    initial: MeshFigures,
+    frames: FrameList,
+    /// Length of `steps.csv`.
+    table_bytes: u64,
 }
 
 /// How a run ended.
@@ -65,7 +82,9 @@ struct Meshes {
 
 /// Runs a scene; `after_step` sees each step and says whether to go on.
 ///
-/// Writes `frames/`, `NAME.pvd`, `steps.csv` as it goes, and `final.vtu`, `report.json` at the end, however it ends.
+/// Writes `frames/`, `NAME.pvd`, `steps.csv` and saves as it goes, and `final.vtu`, `report.json` at the end, however it ends.
+/// A run that goes on from a save gives the same bits as one that was never interrupted (seconds aside); its scene may differ
+/// in `[time]`, `[solver]`, `[output]` and `[[quantity]]`.
 ///
 /// # Errors
 /// [`EngineError`]; what was written before can be read.
@@ -75,23 +94,35 @@ pub fn run(
     after_step: impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
     let clock = Instant::now();
-    match AnySimulation::new(scene)? {
-        AnySimulation::Solid(simulation) => run_to_end(simulation, clock, options, after_step),
-        AnySimulation::Planar(simulation) => run_to_end(simulation, clock, options, after_step),
+    let (simulation, progress) = match options.resume {
+        true => {
+            let path = options.folder.join(SAVE);
+            let (simulation, progress) = AnySimulation::restore_with(&path, |saved| scene.resuming(&saved))?;
+            (simulation, Some(progress))
+        }
+        false => (AnySimulation::new(scene)?, None),
+    };
+    match simulation {
+        AnySimulation::Solid(simulation) => run_to_end(simulation, progress, clock, options, after_step),
+        AnySimulation::Planar(simulation) => run_to_end(simulation, progress, clock, options, after_step),
     }
 }
 
 fn run_to_end<const N: usize>(
     mut simulation: Simulation<N>,
+    progress: Option<Progress>,
     clock: Instant,
     options: &RunOptions,
     mut after_step: impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
     simulation.record_figures(true);
-    simulation.verify(options.verify);
+    if simulation.verification().is_none() || !options.verify {
+        simulation.verify(options.verify);
+    }
     output::make_folder(&options.folder)?;
-    let initial = simulation.mesh_figures();
-    let result = advance(&mut simulation, options, &mut after_step);
+    let earlier = simulation.seconds.total;
+    let mut writers = Writers::open(&simulation, progress, options)?;
+    let result = advance(&mut simulation, &mut writers, options, &mut after_step);
     simulation.note_verification(None);
     let start = Instant::now();
     write_state(&options.folder.join("final.vtu"), &simulation)?;
@@ -99,13 +130,14 @@ fn run_to_end<const N: usize>(
         export_system(&options.folder, &simulation)?;
     }
     simulation.seconds.write += start.elapsed().as_secs_f64();
-    simulation.seconds.total = clock.elapsed().as_secs_f64();
+    simulation.seconds.total = earlier + clock.elapsed().as_secs_f64();
+    writers.save(&simulation)?;
     let stopped = match &result {
         Ok(Ending::Interrupted) => Some("interrupted".into()),
         Ok(_) => None,
         Err(e) => Some(e.to_string()),
     };
-    write_report(&options.folder, &simulation, initial, stopped)?;
+    write_report(&options.folder, &simulation, writers.initial, stopped)?;
     let broken = simulation.verification().is_some_and(|v| !v.is_ok());
     match result? {
         Ending::Done if broken => Ok(Ending::Broken),
@@ -113,31 +145,95 @@ fn run_to_end<const N: usize>(
     }
 }
 
+/// What a run writes as it goes.
+struct Writers {
+    frames: Frames,
+    table: StepTable,
+    initial: MeshFigures,
+    path: PathBuf,
+    save_every: Option<Duration>,
+    last_save: Instant,
+}
+
+impl Writers {
+    /// New files, or those of an earlier run as they were at its save.
+    fn open<const N: usize>(
+        simulation: &Simulation<N>,
+        progress: Option<Progress>,
+        options: &RunOptions,
+    ) -> Result<Self, EngineError> {
+        let folder = &options.folder;
+        let table = match &progress {
+            Some(progress) => StepTable::resumed(folder, progress.table_bytes)?,
+            None => StepTable::new(folder, simulation)?,
+        };
+        let progress = progress.unwrap_or_else(|| Progress {
+            initial: simulation.mesh_figures(),
+            ..Progress::default()
+        });
+        let (name, every) = (&simulation.scene.name, simulation.scene.output.every);
+        Ok(Writers {
+            frames: Frames::new(folder, name, every, progress.frames)?,
+            table,
+            initial: progress.initial,
+            path: folder.join(SAVE),
+            save_every: options.save_every,
+            last_save: Instant::now(),
+        })
+    }
+
+    /// Writes a frame if one is due.
+    fn frame<const N: usize>(&mut self, simulation: &mut Simulation<N>, slack: f64) -> Result<(), EngineError> {
+        let clock = Instant::now();
+        self.frames.offer(simulation, slack)?;
+        simulation.seconds.write += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Writes a save if one is due.
+    fn offer_save<const N: usize>(&mut self, simulation: &mut Simulation<N>) -> Result<(), EngineError> {
+        if self.save_every.is_some_and(|every| self.last_save.elapsed() >= every) {
+            let clock = Instant::now();
+            self.save(simulation)?;
+            simulation.seconds.write += clock.elapsed().as_secs_f64();
+        }
+        Ok(())
+    }
+
+    fn save<const N: usize>(&mut self, simulation: &Simulation<N>) -> Result<(), EngineError> {
+        let progress = Progress {
+            initial: self.initial,
+            frames: self.frames.list().clone(),
+            table_bytes: self.table.bytes()?,
+        };
+        simulation.save_with(&self.path, &progress)?;
+        self.last_save = Instant::now();
+        Ok(())
+    }
+}
+
 fn advance<const N: usize>(
     simulation: &mut Simulation<N>,
+    writers: &mut Writers,
     options: &RunOptions,
     after_step: &mut impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
-    let folder = &options.folder;
-    let mut table = StepTable::new(folder, simulation)?;
-    let mut frames = Frames::new(folder, &simulation.scene.name, simulation.scene.output.every)?;
     let time = simulation.scene.time.clone();
     let last = time.end.unwrap_or(0.0);
     let end = options.until.map_or(last, |until| until.min(last));
     let steps_in_time = matches!(time.scheme, Scheme::BackwardEuler | Scheme::Midpoint);
     let dt = if steps_in_time { time.dt.unwrap_or(last) } else { end };
     let slack = 1e-9 * dt;
-    if steps_in_time {
-        write_frame(simulation, &mut frames, slack)?;
+    if steps_in_time && simulation.state.step == 0 {
+        writers.frame(simulation, slack)?;
+        writers.offer_save(simulation)?;
     }
-    let mut first = true;
     let mut ending = Ending::Done;
     let result = loop {
         let left = end - simulation.state.time;
-        if (!first || steps_in_time) && left <= slack {
+        if (simulation.state.step > 0 || steps_in_time) && left <= slack {
             break Ok(());
         }
-        first = false;
         // the last step is shortened to hit the end
         let step = if left < dt - slack { left } else { dt };
         let info = match simulation.step(step) {
@@ -145,14 +241,15 @@ fn advance<const N: usize>(
             Err(error) => break Err(error),
         };
         let clock = simulation.seconds.write;
-        write_frame(simulation, &mut frames, slack)?;
-        table.add(simulation, &info, simulation.seconds.write - clock)?;
+        writers.frame(simulation, slack)?;
+        writers.table.add(simulation, &info, simulation.seconds.write - clock)?;
+        writers.offer_save(simulation)?;
         if !after_step(&info) {
             ending = Ending::Interrupted;
             break Ok(());
         }
     };
-    frames.write_list()?;
+    writers.frames.write_list()?;
     if result.is_ok() && ending == Ending::Done {
         let late: Vec<f64> = simulation.pending.iter().map(|c| c.at).collect();
         for at in late {
@@ -163,17 +260,6 @@ fn advance<const N: usize>(
         }
     }
     result.map(|()| ending)
-}
-
-fn write_frame<const N: usize>(
-    simulation: &mut Simulation<N>,
-    frames: &mut Frames,
-    slack: f64,
-) -> Result<(), EngineError> {
-    let clock = Instant::now();
-    frames.offer(simulation, slack)?;
-    simulation.seconds.write += clock.elapsed().as_secs_f64();
-    Ok(())
 }
 
 fn write_report<const N: usize>(

@@ -73,9 +73,24 @@ pub struct Simulation<const N: usize = 4> {
     pub(crate) verify: Option<VerifyFigures>,
     pub(crate) cuts: Vec<CutRecord>,
     pub(crate) choices: Choices,
+    /// Free dofs when the simulation was made, which its choices went by.
+    pub(crate) unknowns: usize,
     pub(crate) warnings: Vec<String>,
     pub(crate) seconds: Seconds,
     pub(crate) solver_figures: SolverFigures,
+}
+
+/// What a simulation is assembled from, besides its scene.
+pub(crate) struct Parts<const N: usize> {
+    pub(crate) mesh: SimplexMesh<N>,
+    pub(crate) regions: Vec<u32>,
+    pub(crate) fixed: FixedDofs<N>,
+    pub(crate) loads: Loads,
+    pub(crate) probes: Probes<N>,
+    pub(crate) state: State,
+    pub(crate) pending: Vec<PendingCut>,
+    /// See [`Simulation::unknowns`]; none: those there are now.
+    pub(crate) unknowns: Option<usize>,
 }
 
 /// Nodal vectors of a step, kept so that a warm step allocates nothing.
@@ -156,47 +171,18 @@ impl AnySimulation {
 impl<const N: usize> Simulation<N> {
     fn of(scene: Scene, input: MeshInput<N>) -> Result<Self, EngineError> {
         scene.check_dimension(N - 1)?;
-        let regions = region_of_cells(&scene, &input)?;
-        let materials = materials::<N>(&scene)?;
-        let assembler = Assembler::new(&input.mesh, |c| materials[regions[c.index()] as usize])
-            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
-        let fixed = FixedDofs::new(&scene, &input)?;
-        let loads = Loads::new(&scene, &input)?;
-        let probes = Probes::new(&scene, &input.mesh)?;
-        let state = initial_state(&scene, &input)?;
-        let pending = pending::read::<N>(&scene)?;
-
-        let mut choices = Choices::new();
-        let model = choices::model(&scene, &mut choices);
-        choices::locking(&scene, &mut choices);
-        let unknowns = fixed.mask().iter().filter(|f| !**f).count();
-        let solver = choices::solver(&scene, model, unknowns, &mut choices);
-        let mut simulation = Simulation {
-            regions,
-            equilibrium: Equilibrium::new(&assembler),
-            pinched: pinched_vertices(&input.mesh).collect(),
+        let parts = Parts {
+            regions: region_of_cells(&scene, &input)?,
+            fixed: FixedDofs::new(&scene, &input)?,
+            loads: Loads::new(&scene, &input)?,
+            probes: Probes::new(&scene, &input.mesh)?,
+            state: initial_state(&scene, &input)?,
+            pending: pending::read::<N>(&scene)?,
             mesh: input.mesh,
-            assembler,
-            model,
-            fixed,
-            loads,
-            probes,
-            state,
-            energies: Energies::default(),
-            solver,
-            buffers: Buffers::default(),
-            cutter: Cutter::default(),
-            warnings: pending.iter().flat_map(|c| c.warnings.clone()).collect(),
-            pending,
-            records_figures: false,
-            verify: None,
-            cuts: Vec::new(),
-            choices,
-            seconds: Seconds::default(),
-            solver_figures: SolverFigures::default(),
-            scene,
+            unknowns: None,
         };
-        simulation.buffers.resize(simulation.state.u.len());
+        let mut simulation = Self::assembled(scene, parts)?;
+        simulation.pinched = pinched_vertices(&simulation.mesh).collect();
         if let Some(v) = simulation.pinched.first() {
             let count = simulation.pinched.len();
             simulation.warn(format!(
@@ -210,6 +196,58 @@ impl<const N: usize> Simulation<N> {
                 .prepare(&simulation.mesh, &simulation.state.u, first.frame);
         }
         simulation.measure_energies()?;
+        Ok(simulation)
+    }
+
+    /// A simulation of what is given, assembled; nothing has been measured yet.
+    pub(crate) fn assembled(scene: Scene, parts: Parts<N>) -> Result<Self, EngineError> {
+        let (mesh, regions) = (parts.mesh, parts.regions);
+        let materials = materials::<N>(&scene)?;
+        let assembler = Assembler::new(&mesh, |c| materials[regions[c.index()] as usize])
+            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
+        let mut choices = Choices::new();
+        let model = choices::model(&scene, &mut choices);
+        choices::locking(&scene, &mut choices);
+        let free = || parts.fixed.mask().iter().filter(|f| !**f).count();
+        let unknowns = parts.unknowns.unwrap_or_else(free);
+        let solver = choices::solver(&scene, model, unknowns, &mut choices);
+        let mut simulation = Simulation {
+            equilibrium: Equilibrium::new(&assembler),
+            mesh,
+            regions,
+            assembler,
+            model,
+            fixed: parts.fixed,
+            loads: parts.loads,
+            probes: parts.probes,
+            state: parts.state,
+            energies: Energies::default(),
+            solver,
+            buffers: Buffers::default(),
+            cutter: Cutter::default(),
+            warnings: parts.pending.iter().flat_map(|c| c.warnings.clone()).collect(),
+            pending: parts.pending,
+            pinched: Vec::new(),
+            records_figures: false,
+            verify: None,
+            cuts: Vec::new(),
+            choices,
+            seconds: Seconds::default(),
+            solver_figures: SolverFigures::default(),
+            unknowns,
+            scene,
+        };
+        simulation.buffers.resize(simulation.state.u.len());
+        tracing::info!(
+            vertices = simulation.mesh.num_vertices(),
+            cells = simulation.mesh.num_cells(),
+            unknowns,
+            regions = simulation.scene.region.len(),
+            "assembled"
+        );
+        for (key, choice) in &simulation.choices {
+            tracing::info!("{key} = auto: {} ({})", choice.chosen, choice.why);
+        }
         Ok(simulation)
     }
 
@@ -232,6 +270,15 @@ impl<const N: usize> Simulation<N> {
         self.seconds.assemble += solved.assemble_seconds;
         self.seconds.solve += solved.solve_seconds;
         self.note_solve(&solved);
+        tracing::debug!(
+            step = self.state.step,
+            t = self.state.time,
+            newton_steps = solved.newton_steps,
+            iterations = solved.iterations,
+            residual = solved.residual,
+            converged = solved.converged,
+            "step"
+        );
         Ok(StepInfo {
             step: self.state.step,
             time: self.state.time,
@@ -314,6 +361,17 @@ impl<const N: usize> Simulation<N> {
             self.measure_energies()?;
         }
         self.audit_after(audit, &followed.correction, &mut record)?;
+        tracing::info!(
+            t = record.at,
+            method = record.method,
+            cells_removed = record.cells_removed,
+            cells_added = record.cells_added,
+            vertices_moved = record.vertices_moved,
+            rows_updated = record.rows_updated,
+            area_m2 = record.area_m2,
+            refused = record.refused.len(),
+            "cut"
+        );
         self.cuts.push(record.clone());
         Ok(record)
     }
@@ -367,8 +425,16 @@ impl<const N: usize> Simulation<N> {
 
     /// Current positions (m) by vertex slot.
     pub fn positions(&self) -> Vec<Point> {
+        let mut positions = Vec::new();
+        self.positions_into(&mut positions);
+        positions
+    }
+
+    /// [`Self::positions`] in place of what `positions` held; allocates only if that had no room.
+    pub fn positions_into(&self, positions: &mut Vec<Point>) {
         let moved = self.mesh.rest_positions().iter().zip(self.state.u.as_chunks::<3>().0);
-        moved.map(|(p, u)| p + Point::from(*u)).collect()
+        positions.clear();
+        positions.extend(moved.map(|(p, u)| p + Point::from(*u)));
     }
 
     /// Energies of the present state.
@@ -441,6 +507,7 @@ impl<const N: usize> Simulation<N> {
     /// A warning, once.
     pub(crate) fn warn(&mut self, text: String) {
         if !self.warnings.contains(&text) {
+            tracing::warn!("{text}");
             self.warnings.push(text);
         }
     }

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use kerfem_mesh::{MeshChange, SimplexMesh, VertexId, Weights};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Displacements, velocities and the clock.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m), flat: three entries a vertex slot.
     pub u: Vec<f64>,

@@ -77,6 +77,53 @@ fn a_run_writes_all_its_files() {
 }
 
 #[test]
+fn the_log_says_what_was_asked_for() {
+    let folder = folder_with(SCENE);
+    let log = |arguments: &[&str]| {
+        let output = kerfem(folder.path(), &[&["run", "scene.toml"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0));
+        stderr(&output)
+    };
+    let count = |log: &str, word: &str| log.lines().filter(|l| l.contains(word)).count();
+    assert_eq!(log(&[]), "");
+    let stages = log(&["-v"]);
+    assert!(
+        count(&stages, "assembled") == 1 && count(&stages, "cut t=0.02") == 1,
+        "{stages}"
+    );
+    assert_eq!(count(&stages, "step step="), 0, "{stages}");
+    assert_eq!(count(&log(&["-vv"]), "step step="), 6);
+    assert!(count(&log(&["-vvv"]), "linear solve") >= 6);
+    let output = Command::new(env!("CARGO_BIN_EXE_kerfem"))
+        .current_dir(folder.path())
+        .env("KERFEM_LOG", "kerfem_engine=loud")
+        .args(["check", "scene.toml"])
+        .output()
+        .unwrap();
+    assert_eq!((output.status.code(), stderr(&output).lines().count()), (Some(2), 1));
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let scene = SCENE.replace("[4, 2, 2]", "[16, 8, 8]").replace(
+        "[output]",
+        "[[cut]]\nat = 0.04\nmethod = 'subdivide'\nframe = 'rest'\nsweep = 'blade.obj'\n[output]",
+    );
+    let folder = folder_with(&scene);
+    let results = |threads: &str| {
+        let output = kerfem(
+            folder.path(),
+            &["run", "scene.toml", "--threads", threads, "-o", threads],
+        );
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let results = folder.path().join(threads);
+        ["final.vtu", "frames/beam_000002.vtu"].map(|f| std::fs::read(results.join(f)).unwrap())
+    };
+    let one = results("1");
+    assert!(one == results("2") && one == results("8"));
+}
+
+#[test]
 fn exit_codes_tell_what_happened() {
     let folder = folder_with(&SCENE.replace("poisson = 0.3", "poisson = 0.5"));
     let output = kerfem(folder.path(), &["run", "scene.toml"]);

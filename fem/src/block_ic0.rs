@@ -59,6 +59,16 @@ impl BlockIc0 {
         })
     }
 
+    /// The shift that the next factorisation starts from.
+    pub(crate) fn shift(&self) -> f64 {
+        self.shift
+    }
+
+    /// Starts the next factorisation from a shift that [`Self::shift`] gave.
+    pub(crate) fn set_shift(&mut self, shift: f64) {
+        self.shift = shift;
+    }
+
     fn analyse(&mut self, a: &BlockMatrix) {
         self.stamp = a.pattern.stamp();
         self.starts.clear();

@@ -35,11 +35,11 @@ pub fn add_gravity<const N: usize>(mesh: &SimplexMesh<N>, assembler: &Assembler<
 /// If `f` is too short or a facet's cell does not exist.
 pub fn add_traction<const N: usize>(
     mesh: &SimplexMesh<N>,
-    facets: &[FacetSide],
+    facets: impl IntoIterator<Item = FacetSide>,
     traction: impl Fn(Point) -> [f64; 3],
     f: &mut [f64],
 ) {
-    for &side in facets {
+    for side in facets {
         let corners = mesh.facet_corners(side);
         let p = corners.map(|v| mesh.rest_position(v));
         let area = mesh.facet_normal(side).norm();
@@ -112,7 +112,7 @@ mod tests {
         assert!(close(total(&f), [0.0, 0.0, -6.0]), "{:?}", total(&f));
 
         let mut f = vec![0.0; n];
-        add_traction(&mesh, &top, |p| [p.x, 1.0, -p.x * p.y], &mut f);
+        add_traction(&mesh, top, |p| [p.x, 1.0, -p.x * p.y], &mut f);
         assert!(close(total(&f), [2.0, 2.0, -1.0]), "{:?}", total(&f));
         let moment: f64 = (0..n / 3).map(|i| mesh.rest_positions()[i].x * f[3 * i]).sum();
         assert!(

@@ -107,6 +107,25 @@ impl LinearSolver {
         &self.options
     }
 
+    /// What the solver has learnt and the next solve depends on, so that a solver that recalls it goes on with the same bits:
+    /// the shift of the incomplete factorisation.
+    pub fn memory(&self) -> f64 {
+        match &self.preconditioner {
+            Preconditioner::BlockIc0(factor) => factor.shift(),
+            _ => 0.0,
+        }
+    }
+
+    /// Takes over what [`Self::memory`] gave. A shift that is not finite or negative is left out.
+    pub fn recall(&mut self, memory: f64) {
+        if let Preconditioner::BlockIc0(factor) = &mut self.preconditioner
+            && memory.is_finite()
+            && memory >= 0.0
+        {
+            factor.set_shift(memory);
+        }
+    }
+
     /// Frees what belongs to the old pattern, after a cut. Not needed for correctness: a new pattern is recognised.
     pub fn pattern_changed(&mut self) {
         self.cholesky = None;

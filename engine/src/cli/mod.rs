@@ -11,6 +11,7 @@ macro_rules! say {
 
 mod check;
 mod cut;
+mod log;
 mod quality;
 mod run;
 
@@ -24,6 +25,9 @@ use kerfem_mesh::{TetMesh, TriMesh};
 #[derive(Parser)]
 #[command(name = "kerfem", version, disable_help_subcommand = true)]
 pub(crate) struct Command {
+    /// Tell on standard error what is done: -v the stages, -vv each step, -vvv each solve (KERFEM_LOG chooses by module)
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    verbose: u8,
     #[command(subcommand)]
     action: Action,
 }
@@ -68,6 +72,12 @@ struct RunArguments {
     /// Stop at this time (s)
     #[arg(long, value_name = "S")]
     until: Option<f64>,
+    /// Go on from the save in the folder of the results; [time], [solver], [output] and [[quantity]] may have changed
+    #[arg(long)]
+    resume: bool,
+    /// Seconds by the clock between saves; 0: after each step. The last state is always saved
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    save_every: f64,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
@@ -105,8 +115,9 @@ enum Method {
 impl Command {
     /// Does what was asked for; the exit code.
     pub(crate) fn execute(self) -> Result<u8, EngineError> {
+        log::start(self.verbose)?;
         match self.action {
-            Action::Run(arguments) => run::run(&arguments),
+            Action::Run(arguments) => run::run(&arguments, self.verbose > 0),
             Action::Check { scene } => check::check(&scene),
             Action::Quality { mesh, json } => quality::quality(&mesh, json),
             Action::Cut(arguments) => cut::cut(&arguments),

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use kerfem_engine::run::{Ending, RunOptions, run as run_scene};
@@ -14,7 +15,7 @@ use super::{RunArguments, bad};
 /// Exit code after Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
-pub(super) fn run(arguments: &RunArguments) -> Result<u8, EngineError> {
+pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineError> {
     if let Some(threads) = arguments.threads {
         if threads == 0 {
             return Err(bad("--threads", "0 is not accepted; a whole number from 1 is needed"));
@@ -25,6 +26,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, EngineError> {
     if arguments.until.is_some_and(|s| s.is_nan() || s < 0.0) {
         return Err(bad("--until", "a time from 0 is needed"));
     }
+    let Ok(save_every) = Duration::try_from_secs_f64(arguments.save_every) else {
+        return Err(bad("--save-every", "a number of seconds from 0 is needed"));
+    };
     let scene = Scene::read(&arguments.scene)?;
     let options = RunOptions {
         folder: arguments
@@ -34,9 +38,11 @@ pub(super) fn run(arguments: &RunArguments) -> Result<u8, EngineError> {
         verify: arguments.verify,
         export_system: arguments.export_system,
         until: arguments.until,
+        resume: arguments.resume,
+        save_every: Some(save_every),
     };
     let stop = stop_on_interrupt()?;
-    let bar = progress_bar(&scene, arguments);
+    let bar = progress_bar(&scene, arguments, logs);
     let ending = run_scene(scene, &options, |info| {
         if let Some(bar) = &bar {
             bar.set_position(info.step as u64);
@@ -68,8 +74,9 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, EngineError> {
     Ok(stop)
 }
 
-fn progress_bar(scene: &Scene, arguments: &RunArguments) -> Option<ProgressBar> {
-    if arguments.quiet || !std::io::stderr().is_terminal() {
+/// A bar on a terminal, unless lines of a log would cross it.
+fn progress_bar(scene: &Scene, arguments: &RunArguments, logs: bool) -> Option<ProgressBar> {
+    if arguments.quiet || logs || !std::io::stderr().is_terminal() {
         return None;
     }
     let end = scene.time.end.unwrap_or(0.0);

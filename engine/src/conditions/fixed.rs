@@ -2,6 +2,8 @@
 
 use kerfem_mesh::{AddedVertex, MeshChange, SimplexMesh, VertexId};
 
+use serde::{Deserialize, Serialize};
+
 use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
@@ -11,8 +13,8 @@ use crate::{Condition, EngineError, Expression, Scene};
 const FREE: u32 = u32::MAX;
 
 /// One `[[fixed]]`: who belongs to it and what it prescribes.
-#[derive(Clone, Debug)]
-struct FixedSet {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FixedSet {
     /// Membership by vertex slot. Removed vertices keep theirs: it tells which original facets lie in the set.
     members: Vec<bool>,
     /// Decides about new and moved vertices, where the set was given by one.
@@ -70,6 +72,28 @@ impl<const N: usize> FixedDofs<N> {
         };
         fixed.refresh_all(&input.mesh);
         fixed.check_values(scene, &input.mesh)?;
+        Ok(fixed)
+    }
+
+    /// The sets, to be stored; what else there is follows from them.
+    pub(crate) fn sets(&self) -> &[FixedSet] {
+        &self.sets
+    }
+
+    /// Takes back stored sets.
+    ///
+    /// # Errors
+    /// What does not fit the mesh.
+    pub(crate) fn restored(sets: Vec<FixedSet>, mesh: &SimplexMesh<N>) -> Result<Self, String> {
+        if sets.iter().any(|s| s.members.len() != mesh.vertex_slots()) {
+            return Err("a fixed set is of another mesh".into());
+        }
+        let mut fixed = FixedDofs {
+            sets,
+            owner: Vec::new(),
+            mask: Vec::new(),
+        };
+        fixed.refresh_all(mesh);
         Ok(fixed)
     }
 

@@ -5,13 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use kerfem_fem::{Assembler, load};
 use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, SimplexMesh, VertexId};
 
+use serde::{Deserialize, Serialize};
+
 use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
 use crate::{Components, EngineError, Expression, LoadSpec, Scene};
 
 /// What a load acts on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Place {
     Body,
     /// Flags by original boundary facet, and the facets that descend from them now.
@@ -24,21 +26,21 @@ enum Place {
 }
 
 /// What acts there.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Action {
     /// Acceleration (m/s²), traction (Pa) or total force (N).
     Vector([Expression; 3]),
     Pressure(Expression),
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Load {
     place: Place,
     action: Action,
 }
 
 /// All loads of a body. They are dead: they keep their direction and act per rest area.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Loads {
     loads: Vec<Load>,
     /// Of a planar body (m), else 1: facet loads are given per area of the boundary, which is length times this.
@@ -62,6 +64,23 @@ impl Loads {
         }
         let thickness = scene.material.thickness.unwrap_or(1.0);
         Ok(Loads { loads, thickness })
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.loads.len()
+    }
+
+    /// Whether loads that were stored fit a mesh.
+    pub(crate) fn fit<const N: usize>(&self, mesh: &SimplexMesh<N>) -> bool {
+        self.loads.iter().all(|l| match &l.place {
+            Place::Body => matches!(l.action, Action::Vector(_)),
+            Place::Facets { labels, sides } => {
+                let carried = mesh.boundary_facets().filter(|s| carries(mesh, *s, labels));
+                labels.len() == mesh.original_facets().len() && carried.eq(sides.iter().copied())
+            }
+            Place::Vertices(shares) => shares.keys().all(|v| mesh.has_vertex(*v)),
+        })
     }
 
     /// Whether any load varies with time.
@@ -204,15 +223,14 @@ impl Load {
                 load::add_gravity(mesh, assembler, g, f);
             }
             (Place::Facets { sides, .. }, Action::Vector(traction)) => {
-                let sides: Vec<FacetSide> = sides.iter().copied().collect();
                 let traction = |p| traction.each_ref().map(|e| thickness * e.value(&p, t));
-                load::add_traction(mesh, &sides, traction, f);
+                load::add_traction(mesh, sides.iter().copied(), traction, f);
             }
             (Place::Facets { sides, .. }, Action::Pressure(pressure)) => {
                 for side in sides {
                     let outward = mesh.facet_normal(*side).normalize();
                     let traction = |p| (outward * (-thickness * pressure.value(&p, t))).into();
-                    load::add_traction(mesh, std::slice::from_ref(side), traction, f);
+                    load::add_traction(mesh, [*side], traction, f);
                 }
             }
             (Place::Vertices(shares), Action::Vector(total)) => {

@@ -7,6 +7,6 @@ mod select;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use fixed::FixedDofs;
+pub(crate) use fixed::{FixedDofs, FixedSet};
 pub(crate) use loads::Loads;
 pub(crate) use select::Selector;

@@ -1,10 +1,12 @@
 //! States as `.vtu` files, and the `.pvd` that lists them.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use kerfem_mesh::io::{VtuArray, VtuCells, VtuGrid, write_atomically, write_vtu};
 use kerfem_mesh::{CellId, Point, SimplexMesh, VertexId, quality};
 use nalgebra::{Matrix3, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 use crate::{EngineError, FieldName, Simulation};
 
@@ -158,7 +160,15 @@ pub(crate) struct Frames {
     folder: PathBuf,
     name: String,
     every: Option<f64>,
+    list: FrameList,
+}
+
+/// The frames written so far.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct FrameList {
+    /// Time (s) from which on the next frame is due.
     next: f64,
+    /// Time (s) and file, relative to the folder of results.
     written: Vec<(f64, String)>,
 }
 
@@ -166,10 +176,11 @@ pub(crate) struct Frames {
 const LIST_EVERY: usize = 64;
 
 impl Frames {
-    pub(crate) fn new(folder: &Path, name: &str, every: Option<f64>) -> Result<Self, EngineError> {
+    /// Frames that follow those of `list`; others that a run of this name left in the folder are removed.
+    pub(crate) fn new(folder: &Path, name: &str, every: Option<f64>, list: FrameList) -> Result<Self, EngineError> {
         let frames = folder.join("frames");
         if frames.is_dir() {
-            remove_old(&frames, name).map_err(|source| {
+            remove_old(&frames, name, &list).map_err(|source| {
                 EngineError::Write(kerfem_mesh::io::IoError::Write {
                     path: frames.clone(),
                     source,
@@ -182,29 +193,35 @@ impl Frames {
             folder,
             name,
             every,
-            next: 0.0,
-            written: Vec::new(),
+            list,
         })
     }
 
     /// Writes the present state if a frame is due, to within `slack` (s).
     pub(crate) fn offer<const N: usize>(&mut self, simulation: &Simulation<N>, slack: f64) -> Result<(), EngineError> {
         let time = simulation.state.time;
-        if time < self.next - slack {
+        if time < self.list.next - slack {
             return Ok(());
         }
         if let Some(every) = self.every {
             // where frames are so dense that rounding hides the next one, every step is a frame
             let next = (((time + slack) / every).floor() + 1.0) * every;
-            self.next = if next.is_finite() { next } else { time };
+            self.list.next = if next.is_finite() { next } else { time };
         }
         let file = format!("frames/{}_{:06}.vtu", self.name, simulation.state.step);
         write_state(&self.folder.join(&file), simulation)?;
-        self.written.push((time, file));
-        if self.written.len() <= LIST_EVERY || self.written.len().is_multiple_of(LIST_EVERY) {
+        tracing::debug!(file, t = time, "frame");
+        self.list.written.push((time, file));
+        let count = self.list.written.len();
+        if count <= LIST_EVERY || count.is_multiple_of(LIST_EVERY) {
             self.write_list()?;
         }
         Ok(())
+    }
+
+    /// The frames so far.
+    pub(crate) fn list(&self) -> &FrameList {
+        &self.list
     }
 
     /// Writes `NAME.pvd`.
@@ -216,7 +233,7 @@ impl Frames {
                 out,
                 "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>"
             )?;
-            for (time, file) in &self.written {
+            for (time, file) in &self.list.written {
                 writeln!(
                     out,
                     "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>",
@@ -234,7 +251,12 @@ fn escaped(text: &str) -> String {
 }
 
 /// Frames of an earlier run would be taken for this one's.
-fn remove_old(frames: &Path, name: &str) -> std::io::Result<()> {
+fn remove_old(frames: &Path, name: &str, list: &FrameList) -> std::io::Result<()> {
+    let kept: HashSet<&str> = list
+        .written
+        .iter()
+        .filter_map(|(_, f)| f.strip_prefix("frames/"))
+        .collect();
     for entry in std::fs::read_dir(frames)? {
         let entry = entry?;
         let file = entry.file_name().to_string_lossy().into_owned();
@@ -242,7 +264,7 @@ fn remove_old(frames: &Path, name: &str) -> std::io::Result<()> {
             .strip_prefix(name)
             .and_then(|f| f.strip_prefix('_'))
             .and_then(|f| f.strip_suffix(".vtu"));
-        if number.is_some_and(|n| n.chars().all(|c| c.is_ascii_digit())) {
+        if number.is_some_and(|n| n.chars().all(|c| c.is_ascii_digit())) && !kept.contains(file.as_str()) {
             std::fs::remove_file(entry.path())?;
         }
     }

@@ -5,7 +5,7 @@ mod steps;
 mod system;
 
 pub use frames::write_mesh;
-pub(crate) use frames::{Frames, write_state};
+pub(crate) use frames::{FrameList, Frames, write_state};
 pub(crate) use steps::StepTable;
 pub(crate) use system::export_system;
 

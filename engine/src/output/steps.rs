@@ -33,6 +33,32 @@ pub(crate) struct StepTable {
 }
 
 impl StepTable {
+    /// The table of an earlier run, cut back to its first `bytes`, to be gone on with.
+    pub(crate) fn resumed(folder: &Path, bytes: u64) -> Result<Self, EngineError> {
+        let path = folder.join("steps.csv");
+        let open = || {
+            let file = File::options().append(true).open(&path)?;
+            if file.metadata()?.len() < bytes {
+                return Err(std::io::Error::other(format!(
+                    "it is shorter than when it was saved ({bytes} bytes)"
+                )));
+            }
+            file.set_len(bytes)?;
+            Ok(file)
+        };
+        let file = open().map_err(|e| failed(&path, e))?;
+        Ok(StepTable {
+            rows: csv::Writer::from_writer(file),
+            path,
+        })
+    }
+
+    /// Length of the file (bytes).
+    pub(crate) fn bytes(&self) -> Result<u64, EngineError> {
+        let length = self.rows.get_ref().metadata().map(|m| m.len());
+        length.map_err(|e| failed(&self.path, e))
+    }
+
     pub(crate) fn new<const N: usize>(folder: &Path, simulation: &Simulation<N>) -> Result<Self, EngineError> {
         let path = folder.join("steps.csv");
         let file = File::create(&path).map_err(|e| failed(&path, e))?;

@@ -9,7 +9,7 @@ pub(super) type Checked = Result<(), EngineError>;
 
 impl Scene {
     /// Checks every number and every choice that needs no mesh; the first mistake is the error.
-    pub(super) fn check(&self) -> Checked {
+    pub(crate) fn check(&self) -> Checked {
         self.check_name()?;
         self.check_mesh()?;
         self.check_material()?;

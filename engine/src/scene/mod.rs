@@ -12,7 +12,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{EngineError, Expression};
 use source::Source;
@@ -21,7 +21,7 @@ pub use values::{Components, Condition, InitialField};
 /// A scene as its file says it, checked as far as that is possible without the mesh.
 ///
 /// SI units; indices count from zero in the order of the mesh file. Read one with [`Scene::read`] or [`Scene::parse`].
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -69,7 +69,7 @@ pub struct Scene {
 }
 
 /// Where the mesh comes from: exactly one of `file`, `box`, `ball`, `plate`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeshSpec {
@@ -87,7 +87,7 @@ pub struct MeshSpec {
 }
 
 /// A box of `cells` hexahedra, six tetrahedra each.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BoxSpec {
@@ -101,7 +101,7 @@ pub struct BoxSpec {
 }
 
 /// A rectangle of `cells` smaller ones, two triangles each, in the plane z = 0.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PlateSpec {
@@ -115,7 +115,7 @@ pub struct PlateSpec {
 }
 
 /// A ball of `20 layers³` tetrahedra.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BallSpec {
@@ -129,7 +129,7 @@ pub struct BallSpec {
 }
 
 /// Isotropic material.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
@@ -149,8 +149,8 @@ pub struct MaterialSpec {
 }
 
 /// What a planar body does along z.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum PlaneName {
     /// No strain along z: a slice of a long body.
@@ -170,7 +170,7 @@ impl From<PlaneName> for kerfem_fem::Plane {
 }
 
 /// Rayleigh damping: the force `-(mass M + stiffness K) v`; `stiffness` must be zero for now.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DampingSpec {
@@ -181,7 +181,7 @@ pub struct DampingSpec {
 }
 
 /// Another material for some cells: exactly one of `group`, `where`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RegionSpec {
@@ -198,7 +198,7 @@ pub struct RegionSpec {
 }
 
 /// Kinematics and elements.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelSpec {
@@ -227,8 +227,8 @@ impl Default for ModelSpec {
 }
 
 /// Kinematics of the elements.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ModelKind {
     /// Small strains and rotations.
@@ -240,8 +240,8 @@ pub enum ModelKind {
 }
 
 /// How mass is spread over the vertices.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum MassKind {
     /// A quarter of each cell to each corner.
@@ -251,7 +251,7 @@ pub enum MassKind {
 }
 
 /// A prescribed displacement on exactly one of `where`, `vertices`, `group`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FixedSpec {
@@ -268,7 +268,7 @@ pub struct FixedSpec {
 }
 
 /// A load: exactly one of `gravity`, `traction`, `pressure`, `force`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LoadSpec {
@@ -292,7 +292,7 @@ pub struct LoadSpec {
 }
 
 /// State at the start; zero where nothing is said.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct InitialSpec {
@@ -303,7 +303,7 @@ pub struct InitialSpec {
 }
 
 /// Scheme and clock.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct TimeSpec {
@@ -318,8 +318,8 @@ pub struct TimeSpec {
 }
 
 /// How time is treated.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Equilibrium, no inertia; cuts are done first.
@@ -334,8 +334,8 @@ pub enum Scheme {
 }
 
 /// How far each implicit step is solved.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Nonlinear {
     /// To the tolerance of the solver.
@@ -346,7 +346,7 @@ pub enum Nonlinear {
 }
 
 /// Linear solver and tolerances.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverSpec {
@@ -372,8 +372,8 @@ impl Default for SolverSpec {
 }
 
 /// Direct or iterative.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Conjugate gradients.
@@ -385,8 +385,8 @@ pub enum SolverName {
 }
 
 /// Preconditioner of conjugate gradients.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum PreconditionerName {
     /// None.
@@ -402,7 +402,7 @@ pub enum PreconditionerName {
 }
 
 /// A cut.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CutSpec {
@@ -427,8 +427,8 @@ fn default_snap() -> f64 {
 }
 
 /// How the mesh is made to follow a sweep.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
     /// Cells that the sweep crosses are removed.
@@ -443,8 +443,8 @@ pub enum MethodName {
 }
 
 /// Which positions a sweep is given in.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Frame {
     /// Current positions.
@@ -455,7 +455,7 @@ pub enum Frame {
 }
 
 /// A time series at a point.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ProbeSpec {
@@ -466,7 +466,7 @@ pub struct ProbeSpec {
 }
 
 /// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `energy`, `reaction`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct QuantitySpec {
@@ -491,8 +491,8 @@ pub struct QuantitySpec {
 }
 
 /// A component of the displacement.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Component {
     /// Along x.
@@ -504,8 +504,8 @@ pub enum Component {
 }
 
 /// A coordinate axis.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
     /// x.
@@ -517,7 +517,7 @@ pub enum Axis {
 }
 
 /// What is written.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
@@ -537,8 +537,8 @@ impl Default for OutputSpec {
 }
 
 /// A field that frames can hold. Displacement and velocity are always written.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FieldName {
     /// Points: displacement (m).
@@ -562,6 +562,34 @@ pub enum FieldName {
 }
 
 impl Scene {
+    /// This scene as one that a run of `saved` can go on with: `[time]`, `[solver]`, `[output]` and `[[quantity]]` may differ.
+    ///
+    /// # Errors
+    /// [`EngineError::Scene`] with the first section that differs where it may not.
+    pub(crate) fn resuming(self, saved: &Scene) -> Result<Scene, EngineError> {
+        let sections = [
+            ("name", self.name == saved.name),
+            ("mesh", self.mesh == saved.mesh),
+            ("material", self.material == saved.material),
+            ("region", self.region == saved.region),
+            ("model", self.model == saved.model),
+            ("fixed", self.fixed == saved.fixed),
+            ("load", self.load == saved.load),
+            ("initial", self.initial == saved.initial),
+            ("cut", self.cut == saved.cut),
+            ("probe", self.probe == saved.probe),
+        ];
+        match sections.iter().find(|(_, same)| !same) {
+            None => Ok(self),
+            Some((section, _)) => self.fail(
+                section,
+                0,
+                "",
+                "it differs from the run that was saved; with --resume only [time], [solver], [output] and [[quantity]] may",
+            ),
+        }
+    }
+
     /// Reads and checks a scene file.
     ///
     /// # Errors

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use crate::EngineError;
 use crate::nearest::nearest;
 
@@ -22,7 +24,7 @@ const NOT_YET: [&str; 12] = [
 ];
 
 /// The text of a scene and the file it came from.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Source {
     pub(crate) path: PathBuf,
     pub(crate) text: String,

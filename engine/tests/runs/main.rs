@@ -5,6 +5,7 @@ mod dynamics;
 mod files;
 mod planar;
 mod planar_cuts;
+mod saves;
 mod statics;
 
 use kerfem_engine::{Scene, Simulation};

@@ -281,7 +281,7 @@ fn a_cantilever_converges_to_the_beam_with_shear() {
                 0.0,
             ]
         };
-        load::add_traction(&mesh, &edges_where(&mesh, |p| p.x > length - 1e-9), shear, &mut f);
+        load::add_traction(&mesh, edges_where(&mesh, |p| p.x > length - 1e-9), shear, &mut f);
         let found = solve(&mesh, &assembler, &hold, &f, u);
         let difference = found
             .iter()
@@ -307,7 +307,7 @@ fn loads_on_edges_add_up() {
     load::add_pressure(&mesh, &top, 3.0, &mut f);
     assert!((total(&f) - Point::new(0.0, -6.0, 0.0)).norm() < 1e-14);
     let mut f = vec![0.0; n];
-    load::add_traction(&mesh, &top, |p| [p.x, 1.0, 0.0], &mut f);
+    load::add_traction(&mesh, top, |p| [p.x, 1.0, 0.0], &mut f);
     assert!((total(&f) - Point::new(2.0, 2.0, 0.0)).norm() < 1e-14);
     let moment: f64 = (0..n / 3).map(|i| mesh.rest_positions()[i].x * f[3 * i]).sum();
     assert!(
