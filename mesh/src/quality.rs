@@ -44,7 +44,8 @@ pub fn tet_volume(p: &[Point; 4]) -> f64 {
 
 /// Volume of a mesh at rest (m³); for triangles its area (m²).
 pub fn volume<const N: usize>(mesh: &SimplexMesh<N>) -> f64 {
-    mesh.cell_ids().map(|c| cell_volume(&mesh.cell_rest_positions(c))).sum()
+    let volume = |c| cell_volume(&corners(mesh, mesh.rest_positions(), c));
+    mesh.cell_ids().map(volume).sum()
 }
 
 /// Radius ratio (inscribed over circumscribed sphere or circle) times `N - 1`: `3 r / R` of a tetrahedron, `2 r / R` of a
@@ -180,8 +181,14 @@ pub fn report<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point]) -> Qua
     }
 }
 
+/// Positions of a cell's corners, of a triangle of a surface in space so that its area is positive: which of its sides is
+/// up says nothing there.
 fn corners<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point], cell: CellId) -> [Point; N] {
-    mesh.cell(cell).map(|v| positions[v.index()])
+    let mut p = mesh.cell(cell).map(|v| positions[v.index()]);
+    if N == 3 && !mesh.is_planar() && cell_volume(&p) < 0.0 {
+        p.swap(1, 2);
+    }
+    p
 }
 
 struct Range {
@@ -317,6 +324,21 @@ mod tests {
 
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() <= 1e-13 * b.abs().max(1.0)
+    }
+
+    #[test]
+    fn a_surface_in_space_has_no_sense() {
+        let points = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, 0, 1]].map(|p| Point::from(p.map(f64::from)));
+        let report_of = |flat| {
+            let cells = vec![if flat { [0, 2, 1] } else { [0, 1, 2] }, [0, 3, 2]];
+            let mesh = TriMesh::new(points.to_vec(), cells).unwrap();
+            assert!(!mesh.is_planar());
+            assert_eq!(volume(&mesh), 2.0, "the area of each triangle counts");
+            assert!(histograms(&mesh, mesh.rest_positions(), 4).iter().all(|h| h.below == 0));
+            report(&mesh, mesh.rest_positions())
+        };
+        assert!(close(report_of(true).min_radius_ratio, 2.0 * 2.0_f64.sqrt() - 2.0));
+        assert_eq!(report_of(true), report_of(false));
     }
 
     #[test]
