@@ -52,6 +52,14 @@ for mode, data_mode in (("ascii", 0), ("binary", 1), ("appended", 2)):
             writer.SetByteOrder(1 if order == "le" else 0)
             writer.SetEncodeAppendedData(base64)
             assert writer.Write() == 1
+# what PyVista makes of it, and raw bytes in the order of most machines
+for binary in (True, False):
+    grid.save(HERE / f"pyvista_{'binary' if binary else 'ascii'}.vtu", binary=binary)
+writer.SetFileName(str(HERE / "vtk_appended_none_32_le_raw.vtu"))
+writer.SetCompressorType(0)
+writer.SetHeaderType(32)
+writer.SetByteOrder(1)
+assert writer.Write() == 1
 
 # refused or mixed cells
 mixed = [("tetra", tets), ("triangle", tets[:, :3]), ("line", tets[:, :2]), ("vertex", tets[:, :1])]
@@ -111,6 +119,10 @@ for version, binary in ((1.0, 0), (2.2, 0), (4.1, 0), (2.2, 1), (4.1, 1), (4.0, 
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
     gmsh.option.setNumber("Mesh.Binary", binary)
     gmsh.write(str(HERE / f"gmsh_{version}{'_binary' if binary else ''}.msh"))
+again = meshio.read(HERE / "gmsh_4.1.msh")  # what meshio makes of it
+for binary in (True, False):
+    for version, file_format in ((2.2, "gmsh22"), (4.1, "gmsh")):
+        again.write(HERE / f"meshio_{version}_{'binary' if binary else 'ascii'}.msh", file_format=file_format, binary=binary)
 gmsh.model.mesh.setOrder(2)
 gmsh.option.setNumber("Mesh.Binary", 0)
 gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
@@ -118,20 +130,57 @@ gmsh.write(str(HERE / "gmsh_order2.msh"))
 kinds, tags, nodes = gmsh.model.mesh.getElements(3)
 print("gmsh tetrahedra", len(tags[0]))
 
-# gmsh: a planar mesh with groups of boundary curves, and other formats
+
+
+def write_versions(name):
+    for version, binary in ((2.2, 0), (4.1, 0), (2.2, 1), (4.1, 1)):
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        gmsh.write(str(HERE / f"{name}_{version}{'_binary' if binary else ''}.msh"))
+
+
+def mesh_size(size):
+    gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+
+
+def entities(dimension, low, high):
+    """The entities within a box."""
+    box = np.array([low, high], float) + np.array([[-1e-3], [1e-3]])
+    return [tag for _, tag in gmsh.model.getEntitiesInBoundingBox(*box.ravel(), dimension)]
+
+
+# gmsh: two boxes with groups of every dimension, some of them sharing entities
+gmsh.clear()
+for x in (0, 1):
+    gmsh.model.occ.addBox(x, 0, 0, 1, 1, 1)
+gmsh.model.occ.fragment([(3, 1)], [(3, 2)])
+gmsh.model.occ.synchronize()
+left, right = entities(2, [0, 0, 0], [0, 1, 1]), entities(2, [2, 0, 0], [2, 1, 1])
+gmsh.model.addPhysicalGroup(3, entities(3, [0, 0, 0], [1, 1, 1]), 1, "left half")
+gmsh.model.addPhysicalGroup(3, [1, 2], 2, "body")
+gmsh.model.addPhysicalGroup(2, left, 1, "clamp")
+gmsh.model.addPhysicalGroup(2, right, 2, "pull")
+gmsh.model.addPhysicalGroup(2, left + right, 3, "ends")
+gmsh.model.addPhysicalGroup(2, entities(2, [1, 0, 0], [1, 1, 1]), 4, "between")
+gmsh.model.addPhysicalGroup(1, entities(1, [2, 0, 0], [2, 1, 0]), 5, "edge")
+gmsh.model.addPhysicalGroup(0, entities(0, [2, 0, 0], [2, 0, 0]), 6, "corner")
+mesh_size(1)
+gmsh.model.mesh.generate(3)
+write_versions("groups")
+
+# gmsh: a planar mesh with groups of the sheet, boundary curves and a point, one curve in two groups; and other formats
 gmsh.clear()
 gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
 gmsh.model.occ.synchronize()
 gmsh.model.addPhysicalGroup(1, [4], 5, "left end")
 gmsh.model.addPhysicalGroup(1, [2], 6, "right end")
+gmsh.model.addPhysicalGroup(1, [2, 4], 7, "ends")
 gmsh.model.addPhysicalGroup(2, [1], 8, "sheet")
-gmsh.option.setNumber("Mesh.MeshSizeMin", 0.5)
-gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+gmsh.model.addPhysicalGroup(0, entities(0, [2, 1, 0], [2, 1, 0]), 9, "tip")
+mesh_size(0.5)
 gmsh.model.mesh.generate(2)
-for version, binary in ((2.2, 0), (4.1, 0), (2.2, 1), (4.1, 1)):
-    gmsh.option.setNumber("Mesh.MshFileVersion", version)
-    gmsh.option.setNumber("Mesh.Binary", binary)
-    gmsh.write(str(HERE / f"planar_{version}{'_binary' if binary else ''}.msh"))
+write_versions("planar")
 gmsh.option.setNumber("Mesh.Binary", 0)
 gmsh.write(str(HERE / "planar.mesh"))
 gmsh.write(str(HERE / "planar.vtk"))

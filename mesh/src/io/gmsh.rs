@@ -59,6 +59,7 @@ pub(super) struct Builder {
     groups: BTreeMap<GroupTag, Group>,
     names: BTreeMap<GroupTag, String>,
     has_elements: bool,
+    last: Option<(ElementKind, [usize; 4])>,
 }
 
 impl Builder {
@@ -99,17 +100,26 @@ impl Builder {
                 .get(tag)
                 .ok_or_else(|| cursor.problem(format!("an element names node {tag}, which does not exist")))?;
         }
-        let [a, b, c, _] = corners;
+        let count = match kind {
+            ElementKind::Tet => self.data.tets.len(),
+            ElementKind::Triangle => self.data.triangles.len(),
+            ElementKind::Line => self.data.segments.len(),
+            ElementKind::Point => 0,
+        };
+        let again = self.is_again(kind, corners, count, groups);
+        let index = count - usize::from(again);
         for &tag in groups.iter().filter(|&&tag| tag != 0) {
             let group = self.groups.entry((kind.dimension(), tag)).or_default();
             group.vertices.extend(&corners[..nodes.len().min(4)]);
-            match kind {
-                ElementKind::Tet => group.tets.push(self.data.tets.len()),
-                ElementKind::Triangle => group.triangles.push(self.data.triangles.len()),
-                ElementKind::Line => group.segments.push(self.data.segments.len()),
-                ElementKind::Point => {}
+            if let Some(members) = members(group, kind) {
+                members.push(index);
             }
         }
+        if again {
+            return Ok(());
+        }
+        self.last = Some((kind, corners));
+        let [a, b, c, _] = corners;
         match kind {
             ElementKind::Tet => self.data.tets.push(corners),
             ElementKind::Triangle => self.data.triangles.push([a, b, c]),
@@ -117,6 +127,16 @@ impl Builder {
             ElementKind::Point => {}
         }
         Ok(())
+    }
+
+    /// Whether an element is the last one, of `count`, in a further group: versions 1 and 2 write it once for each group.
+    fn is_again(&mut self, kind: ElementKind, corners: [usize; 4], count: usize, groups: &[i64]) -> bool {
+        let mut holds_it = |tag: &i64| match self.groups.get_mut(&(kind.dimension(), *tag)) {
+            Some(group) => members(group, kind).is_some_and(|m| m.last() == Some(&(count - 1))),
+            None => false,
+        };
+        let repeats = count > 0 && self.last == Some((kind, corners));
+        repeats && !groups.is_empty() && groups.iter().all(|tag| *tag != 0 && !holds_it(tag))
     }
 
     /// Reads the names of physical groups: the same section in versions 2 and 4.
@@ -147,6 +167,16 @@ impl Builder {
         }
         self.data.sort_groups();
         Ok(self.data)
+    }
+}
+
+/// Those of a group that are of one kind; points are not kept.
+fn members(group: &mut Group, kind: ElementKind) -> Option<&mut Vec<usize>> {
+    match kind {
+        ElementKind::Tet => Some(&mut group.tets),
+        ElementKind::Triangle => Some(&mut group.triangles),
+        ElementKind::Line => Some(&mut group.segments),
+        ElementKind::Point => None,
     }
 }
 

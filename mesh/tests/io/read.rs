@@ -1,7 +1,7 @@
 //! Files of other programs.
 
 use kerfem_mesh::io::DataArray;
-use kerfem_mesh::{Point, VertexId, io, quality};
+use kerfem_mesh::{MeshError, Point, VertexId, io, quality};
 
 use crate::shared::{sample, shared_data};
 
@@ -15,6 +15,7 @@ fn error(name: &str) -> String {
 fn every_form_of_vtu_gives_the_same_mesh() {
     let mut forms = vec!["meshio_none", "meshio_zlib", "meshio_lzma", "meshio_ascii"]
         .into_iter()
+        .chain(["pyvista_binary", "pyvista_ascii", "vtk_appended_none_32_le_raw"])
         .map(String::from)
         .collect::<Vec<_>>();
     for header in ["32_le", "64_be"] {
@@ -44,7 +45,7 @@ fn every_form_of_vtu_gives_the_same_mesh() {
             assert!((a - b).abs() < 1e-12, "{form}"); // meshio writes 12 digits in ASCII
         }
         assert_eq!(mesh.cell_arrays["region"], first.cell_arrays["region"], "{form}");
-        if form.starts_with("vtk") {
+        if !form.starts_with("meshio") {
             assert_eq!(mesh.cell_arrays["flag"].values[..4], [0.0, 1.0, 0.0, 0.0], "{form}");
             for (a, b) in mesh.point_arrays["velocity32"]
                 .values
@@ -157,7 +158,12 @@ fn planar_meshes_keep_the_groups_of_their_boundary() {
         );
         assert_eq!(mesh.groups, first.groups, "{version}");
     }
-    let left = &first.groups["left end"];
+    let [left, ends, tip] = ["left end", "ends", "tip"].map(|name| &first.groups[name]);
+    assert_eq!(
+        ends.segments,
+        [first.groups["right end"].segments.as_slice(), &left.segments].concat()
+    );
+    assert!(tip.vertices.len() == 1 && first.points[tip.vertices[0]] == Point::new(2.0, 1.0, 0.0));
     assert!(left.segments.len() >= 2 && left.vertices.iter().all(|&v| first.points[v].x == 0.0));
     assert_eq!(first.groups["sheet"].triangles.len(), first.triangles.len());
     let mesh = first.clone().into_tri_mesh().unwrap();
@@ -212,6 +218,93 @@ fn every_version_of_gmsh_gives_the_same_mesh() {
     assert_eq!(side.triangles, (0..14).collect::<Vec<_>>());
     assert!(side.vertices.iter().all(|&v| first.points[v].x == 0.0));
     assert!((quality::volume(&first.into_tet_mesh().unwrap()) - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn groups_of_every_dimension_share_entities() {
+    let mut meshes = Vec::new();
+    // version 2 writes an element once for each of its groups
+    for version in ["2.2", "2.2_binary", "4.1", "4.1_binary"] {
+        let mesh = io::read_mesh(sample(&format!("groups_{version}.msh"))).unwrap_or_else(|e| panic!("{e}"));
+        let names: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
+        let wanted = [
+            "between",
+            "body",
+            "clamp",
+            "corner",
+            "edge",
+            "ends",
+            "left half",
+            "pull",
+        ];
+        assert_eq!(names, wanted, "{version}");
+        let (group, count) = (|name: &str| &mesh.groups[name], mesh.tets.len());
+        assert_eq!(group("body").tets, (0..count).collect::<Vec<_>>(), "{version}");
+        let middle = |t: &usize| mesh.tets[*t].iter().map(|&v| mesh.points[v].x).sum::<f64>() < 4.0;
+        assert_eq!(
+            group("left half").tets,
+            (0..count).filter(middle).collect::<Vec<_>>(),
+            "{version}"
+        );
+        let (clamp, pull, ends) = (group("clamp"), group("pull"), group("ends"));
+        assert_eq!(
+            ends.triangles,
+            [clamp.triangles.as_slice(), &pull.triangles].concat(),
+            "{version}"
+        );
+        for (name, x) in [("clamp", 0.0), ("between", 1.0), ("pull", 2.0)] {
+            let area = |k: &usize| {
+                let [a, b, c] = mesh.triangles[*k].map(|v| mesh.points[v]);
+                assert!([a, b, c].iter().all(|p| p.x == x), "{version}: {name}");
+                (b - a).cross(&(c - a)).norm() / 2.0
+            };
+            let area: f64 = group(name).triangles.iter().map(area).sum();
+            assert!((area - 1.0).abs() < 1e-14, "{version}: {name}");
+        }
+        let at = |name: &str| group(name).vertices.iter().map(|&v| mesh.points[v]).collect::<Vec<_>>();
+        assert_eq!(at("corner"), [Point::new(2.0, 0.0, 0.0)], "{version}");
+        assert!(group("edge").segments == [0] && at("edge").iter().all(|p| (p.x, p.z) == (2.0, 0.0)));
+        meshes.push(mesh);
+    }
+    assert!(meshes.iter().all(|m| m == &meshes[0]));
+    let volume = quality::volume(&meshes.swap_remove(0).into_tet_mesh().unwrap());
+    assert!((volume - 2.0).abs() < 1e-14);
+}
+
+#[test]
+fn an_element_twice_in_one_group_is_no_second_group() {
+    let text = std::fs::read_to_string(sample("groups_2.2.msh")).unwrap();
+    // the second group of the first tetrahedron becomes its first
+    let twice = text.replace("24 4 2 2 1 13 15 17 16", "24 4 2 1 1 13 15 17 16");
+    assert_ne!(twice, text);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.msh"), twice).unwrap();
+    let mesh = io::read_mesh(folder.path().join("a.msh")).unwrap().into_tet_mesh();
+    assert!(matches!(
+        mesh,
+        Err(MeshError::DuplicateCell {
+            first: 0,
+            second: 1,
+            ..
+        })
+    ));
+}
+
+#[test]
+fn gmsh_files_of_meshio_are_those_of_gmsh() {
+    let first = io::read_mesh(sample("gmsh_4.1.msh")).unwrap();
+    for version in ["2.2_ascii", "2.2_binary", "4.1_ascii", "4.1_binary"] {
+        let mesh = io::read_mesh(sample(&format!("meshio_{version}.msh"))).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            (&mesh.points, &mesh.tets, &mesh.triangles),
+            (&first.points, &first.tets, &first.triangles),
+            "{version}"
+        );
+        assert_eq!(mesh.groups["left side"], first.groups["left side"], "{version}");
+        // in version 4.1 meshio leaves out which group a volume belongs to
+        let body = version.starts_with('2').then_some(&first.groups["body"]);
+        assert_eq!(mesh.groups.get("body"), body, "{version}");
+    }
 }
 
 #[test]
