@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-use crate::{Point, TetMesh};
+use crate::{Point, SimplexMesh, TetMesh, TriMesh};
 
 use super::{IoError, write_atomically};
 
@@ -33,6 +33,8 @@ pub enum VtuCells<'a> {
     Tets(Cow<'a, [[usize; 4]]>),
     /// VTK cell type 5.
     Triangles(Cow<'a, [[usize; 3]]>),
+    /// VTK cell type 3.
+    Lines(Cow<'a, [[usize; 2]]>),
 }
 
 /// A named array, row after row.
@@ -85,17 +87,26 @@ impl VtuGrid<'static> {
     /// The cells of a mesh that exist, at rest positions, with every vertex slot as a point: indices of points are those
     /// of slots.
     pub fn from_tet_mesh(mesh: &TetMesh) -> Self {
-        let cells = mesh
-            .cell_ids()
-            .map(|c| mesh.cell(c).map(|v| v.index()))
-            .collect::<Vec<_>>();
+        VtuGrid::at_rest(mesh, VtuCells::Tets(corners(mesh).into()))
+    }
+
+    /// As [`Self::from_tet_mesh`], for triangles.
+    pub fn from_tri_mesh(mesh: &TriMesh) -> Self {
+        VtuGrid::at_rest(mesh, VtuCells::Triangles(corners(mesh).into()))
+    }
+
+    fn at_rest<const N: usize>(mesh: &SimplexMesh<N>, cells: VtuCells<'static>) -> Self {
         VtuGrid {
             points: mesh.rest_positions().to_vec().into(),
-            cells: VtuCells::Tets(cells.into()),
+            cells,
             point_arrays: Vec::new(),
             cell_arrays: Vec::new(),
         }
     }
+}
+
+fn corners<const N: usize>(mesh: &SimplexMesh<N>) -> Vec<[usize; N]> {
+    mesh.cell_ids().map(|c| mesh.cell(c).map(|v| v.index())).collect()
 }
 
 /// Writes a grid as `.vtu`, whole or not at all (see [`write_atomically`]).
@@ -107,10 +118,10 @@ pub fn write_vtu(path: impl AsRef<Path>, grid: &VtuGrid) -> Result<(), IoError> 
     write(path.as_ref(), grid, "UnstructuredGrid")
 }
 
-/// Writes a grid of triangles as a surface, `.vtp`, whole or not at all.
+/// Writes a grid of triangles or lines as a surface, `.vtp`, whole or not at all.
 ///
 /// # Errors
-/// As [`write_vtu`], and [`IoError::Array`] for cells that are not triangles.
+/// As [`write_vtu`], and [`IoError::Array`] for tetrahedra.
 pub fn write_vtp(path: impl AsRef<Path>, grid: &VtuGrid) -> Result<(), IoError> {
     write(path.as_ref(), grid, "PolyData")
 }
@@ -125,8 +136,8 @@ fn write(path: &Path, grid: &VtuGrid, content: &str) -> Result<(), IoError> {
 }
 
 fn check(grid: &VtuGrid, content: &str) -> Result<(), (String, String)> {
-    if content == "PolyData" && !matches!(grid.cells, VtuCells::Triangles(_)) {
-        return Err(("connectivity".into(), "a surface is made of triangles".into()));
+    if content == "PolyData" && matches!(grid.cells, VtuCells::Tets(_)) {
+        return Err(("connectivity".into(), "a surface is made of triangles or lines".into()));
     }
     let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
     for (arrays, rows, of) in [
@@ -163,6 +174,7 @@ impl VtuCells<'_> {
         match self {
             VtuCells::Tets(cells) => cells.len(),
             VtuCells::Triangles(cells) => cells.len(),
+            VtuCells::Lines(cells) => cells.len(),
         }
     }
 
@@ -175,6 +187,7 @@ impl VtuCells<'_> {
         match self {
             VtuCells::Tets(_) => 4,
             VtuCells::Triangles(_) => 3,
+            VtuCells::Lines(_) => 2,
         }
     }
 
@@ -182,6 +195,7 @@ impl VtuCells<'_> {
         match self {
             VtuCells::Tets(_) => 10,
             VtuCells::Triangles(_) => 5,
+            VtuCells::Lines(_) => 3,
         }
     }
 
@@ -189,6 +203,7 @@ impl VtuCells<'_> {
         let flat = match self {
             VtuCells::Tets(cells) => cells.as_flattened(),
             VtuCells::Triangles(cells) => cells.as_flattened(),
+            VtuCells::Lines(cells) => cells.as_flattened(),
         };
         flat.iter().copied()
     }
@@ -196,10 +211,10 @@ impl VtuCells<'_> {
 
 fn write_grid(out: &mut dyn Write, grid: &VtuGrid, content: &str) -> io::Result<()> {
     let surface = content == "PolyData";
-    let (number, section) = if surface {
-        ("NumberOfPolys", "Polys")
-    } else {
-        ("NumberOfCells", "Cells")
+    let (number, section) = match (surface, &grid.cells) {
+        (false, _) => ("NumberOfCells", "Cells"),
+        (true, VtuCells::Lines(_)) => ("NumberOfLines", "Lines"),
+        (true, _) => ("NumberOfPolys", "Polys"),
     };
     let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
     writeln!(out, "<?xml version=\"1.0\"?>")?;

@@ -69,6 +69,40 @@ fn triangles_and_empty_grids_are_written() {
 }
 
 #[test]
+fn surfaces_and_lines_are_written_as_vtp() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.vtp");
+    let cap = generate::cap_triangles([0.0, 0.0, 1.0], 2.0, 1.0, 3).unwrap();
+    let mut grid = VtuGrid::from_tri_mesh(&cap);
+    let heights: Vec<f64> = cap.rest_positions().iter().map(|p| p.z).collect();
+    grid.point_arrays.push(VtuArray::reals("height", 1, heights.clone()));
+    io::write_vtp(&path, &grid).unwrap();
+    let read = io::read_mesh(&path).unwrap();
+    assert_eq!(read.point_arrays["height"].values, heights);
+    assert_eq!(read.into_tri_mesh().unwrap(), cap);
+
+    grid.cells = VtuCells::Lines(vec![[0, 1], [5, 2]].into());
+    io::write_vtp(dir.path().join("b.vtp"), &grid).unwrap();
+    io::write_vtu(dir.path().join("b.vtu"), &grid).unwrap();
+    for name in ["b.vtp", "b.vtu"] {
+        let path = dir.path().join(name);
+        let read = io::read_mesh(&path).unwrap();
+        assert_eq!(
+            (read.points.len(), &read.segments),
+            (37, &vec![[0, 1], [5, 2]]),
+            "{name}"
+        );
+        assert_eq!(io::read_sweep(&path).unwrap().segments, [[0, 1], [5, 2]], "{name}");
+    }
+    let solid = VtuGrid::from_tet_mesh(&generate::box_tets([1.0; 3], [1; 3], [0.0; 3]));
+    let refused = io::write_vtp(dir.path().join("c.vtp"), &solid).unwrap_err().to_string();
+    assert!(
+        refused.ends_with("c.vtp: array 'connectivity': a surface is made of triangles or lines"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn arrays_that_do_not_fit_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.vtu");
