@@ -47,6 +47,12 @@ impl AnyInput {
             let mesh = generate::ball_tets(center, b.radius * scale, b.layers).map_err(at_fault("ball"))?;
             return Ok(AnyInput::Solid(MeshInput::generated(mesh)));
         }
+        if let Some(c) = &spec.cylinder {
+            let (origin, radius, length) = (c.origin.map(|o| o * scale), c.radius * scale, c.length * scale);
+            let mesh = generate::cylinder_tets(origin, c.axis, radius, length, c.layers, c.slices)
+                .map_err(at_fault("cylinder"))?;
+            return Ok(AnyInput::Solid(MeshInput::generated(mesh)));
+        }
         if let Some(p) = &spec.plate {
             let (size, origin) = (p.size.map(|s| s * scale), p.origin.map(|o| o * scale));
             let mesh = generate::rect_triangles(size, p.cells, origin).map_err(at_fault("plate"))?;

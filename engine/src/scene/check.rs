@@ -2,7 +2,7 @@
 
 use kerfem_fem::Material;
 
-use super::{DampingSpec, FixedSpec, LoadSpec, MaterialSpec, Scene, Scheme};
+use super::{CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, Scene, Scheme};
 use crate::EngineError;
 
 pub(super) type Checked = Result<(), EngineError>;
@@ -107,6 +107,7 @@ impl Scene {
             ("file", m.file.is_some()),
             ("box", m.r#box.is_some()),
             ("ball", m.ball.is_some()),
+            ("cylinder", m.cylinder.is_some()),
             ("plate", m.plate.is_some()),
         ];
         self.exactly_one("mesh", 0, &given)?;
@@ -132,6 +133,9 @@ impl Scene {
                 return self.fail("mesh", 0, "ball", message);
             }
         }
+        if let Some(c) = &m.cylinder {
+            self.check_cylinder(c)?;
+        }
         if let Some(p) = &m.plate {
             for s in p.size {
                 self.positive("mesh", 0, "plate", s)?;
@@ -147,6 +151,28 @@ impl Scene {
             }
         }
         m.scale.map_or(Ok(()), |s| self.positive("mesh", 0, "scale", s))
+    }
+
+    fn check_cylinder(&self, c: &CylinderSpec) -> Checked {
+        self.positive("mesh", 0, "cylinder", c.radius)?;
+        self.positive("mesh", 0, "cylinder", c.length)?;
+        self.finite("mesh", 0, "cylinder", &c.axis)?;
+        self.finite("mesh", 0, "cylinder", &c.origin)?;
+        if c.axis == [0.0; 3] {
+            let message = "axis = [0.0, 0.0, 0.0] is not accepted; a direction other than zero is needed";
+            return self.fail("mesh", 0, "cylinder", message);
+        }
+        let count = [c.layers, c.layers, c.slices]
+            .iter()
+            .try_fold(18usize, |n, k| n.checked_mul(*k));
+        if count.is_none_or(|n| n == 0 || n >= u32::MAX as usize) {
+            let message = format!(
+                "layers = {}, slices = {} are not accepted; whole numbers from 1 with layers² slices below 2e8",
+                c.layers, c.slices
+            );
+            return self.fail("mesh", 0, "cylinder", message);
+        }
+        Ok(())
     }
 
     fn check_material(&self) -> Checked {

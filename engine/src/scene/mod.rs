@@ -68,7 +68,7 @@ pub struct Scene {
     pub(crate) source: Source,
 }
 
-/// Where the mesh comes from: exactly one of `file`, `box`, `ball`, `plate`.
+/// Where the mesh comes from: exactly one of `file`, `box`, `ball`, `cylinder`, `plate`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -79,6 +79,8 @@ pub struct MeshSpec {
     pub r#box: Option<BoxSpec>,
     /// A ball of tetrahedra.
     pub ball: Option<BallSpec>,
+    /// A cylinder of tetrahedra.
+    pub cylinder: Option<CylinderSpec>,
     /// A rectangle of triangles in the plane.
     #[serde(alias = "plate2d")]
     pub plate: Option<PlateSpec>,
@@ -126,6 +128,32 @@ pub struct BallSpec {
     /// Centre (m).
     #[serde(default)]
     pub center: [f64; 3],
+}
+
+/// A cylinder of `18 layers² slices` tetrahedra. Good cells have about the same size both ways: `length / slices` about
+/// `radius / layers`.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct CylinderSpec {
+    /// Radius (m).
+    pub radius: f64,
+    /// Length (m).
+    pub length: f64,
+    /// Rings of cells from the axis to the surface.
+    pub layers: usize,
+    /// Slices of cells along the axis.
+    pub slices: usize,
+    /// Direction of the axis, of any length.
+    #[serde(default = "default_axis")]
+    pub axis: [f64; 3],
+    /// The centre of the end where the axis begins (m).
+    #[serde(default)]
+    pub origin: [f64; 3],
+}
+
+fn default_axis() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 /// Isotropic material.

@@ -218,6 +218,49 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
             "s.toml:3: mesh.ball: layers = 0 is not accepted; a whole number from 1 to 500",
         ),
         (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, length = 4.0, layers = 2, slices = 0 }",
+            "s.toml:3: mesh.cylinder: layers = 2, slices = 0 are not accepted; whole numbers from 1 with layers² slices \
+             below 2e8",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, length = 4.0, layers = 20000, slices = 1 }",
+            "s.toml:3: mesh.cylinder: layers = 20000, slices = 1 are not accepted; whole numbers from 1 with layers² slices \
+             below 2e8",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = -1.0, length = 4.0, layers = 2, slices = 1 }",
+            "s.toml:3: mesh.cylinder: -1.0 is not accepted; a finite number greater than 0 is needed",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, length = inf, layers = 2, slices = 1 }",
+            "s.toml:3: mesh.cylinder: inf is not accepted; a finite number greater than 0 is needed",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, length = 4.0, layers = 2, slices = 1, axis = [0, 0, 0] }",
+            "s.toml:3: mesh.cylinder: axis = [0.0, 0.0, 0.0] is not accepted; a direction other than zero is needed",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, length = 4.0, layers = 2, slices = 1, origin = [0, nan, 0] }",
+            "s.toml:3: mesh.cylinder: NaN is not accepted; finite numbers are needed",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1.0, layers = 2, slices = 1 }",
+            "s.toml:3: mesh.cylinder: the key \"length\" is missing",
+        ),
+        (
+            "[mesh]",
+            "[mesh]\ncylinder = { radius = 1.0, length = 4.0, layers = 2, slices = 1 }",
+            "s.toml:4: mesh.box: \"box\", \"cylinder\" are given; exactly one of \"file\", \"box\", \"ball\", \"cylinder\", \
+             \"plate\" is accepted",
+        ),
+        (
             "density = 1000.0",
             "density = 1000.0\ndamping = { stiffness = 0.1 }",
             "s.toml:8: material.damping: stiffness = 0.1 is not available yet; accepted: 0",
@@ -325,6 +368,11 @@ fn what_a_scene_selects_must_exist() {
             "[[load]]",
             "[initial]\nvelocity = [\"1/x\", 0, 0]\n[[load]]",
             "s.toml:11: initial.velocity: \"1/x\" has no finite value at (0, 0, 0)",
+        ),
+        (
+            "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
+            "cylinder = { radius = 1e-20, length = 1e-20, layers = 1, slices = 1, origin = [1, 1, 1] }",
+            "s.toml:3: mesh.cylinder: cell 0 has no volume: its corners [0, 1, 2, 9] are degenerate",
         ),
         (
             "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",

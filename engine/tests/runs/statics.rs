@@ -138,3 +138,19 @@ fn regions_have_their_own_material() {
     let s = simulation(&scene);
     assert!((s.mesh_figures().mass_kg - 4000.0).abs() < 1e-9);
 }
+
+#[test]
+fn a_cylinder_that_is_pulled_has_the_uniform_state() {
+    // held so that it may narrow: vertex 0 is the centre of the end, vertex 1 lies beside it along z
+    let text = "name = 'rod'\n[mesh]\ncylinder = { radius = 50, length = 300, layers = 3, slices = 6, axis = [0, 2, 0], \
+        origin = [10, 0, -20] }\nscale = 0.01\n[material]\nyoung = 1e5\npoisson = 0.3\ndensity = 1000\n[model]\nkind = 'linear'\n\
+        [[fixed]]\nwhere = 'y < 1e-9'\naxes = 'y'\n[[fixed]]\nvertices = [0]\n[[fixed]]\nvertices = [1]\naxes = 'x'\n\
+        [[load]]\nwhere = 'y > 2.999'\ntraction = [0, 500, 0]\n[[probe]]\nname = 'end'\npoint = [0.1, 3, -0.2]\n\
+        [[quantity]]\nname = 'pull'\nmean = 'uy'\nwhere = 'y > 2.999'\n";
+    let mut s = simulation(text);
+    assert!(s.step(0.0).unwrap().converged);
+    let pull = s.quantities()["pull"].unwrap();
+    assert!((pull / (3.0 * 500.0 / 1e5) - 1.0).abs() < 1e-7, "{pull}");
+    let area = 9.0 * (std::f64::consts::PI / 9.0).sin() * 0.25;
+    assert!((s.mesh_figures().volume_m3 / (3.0 * area) - 1.0).abs() < 1e-12);
+}
