@@ -9,7 +9,8 @@ use kerfem_mesh::{MeshError, Point, SimplexMesh, TriMesh, generate};
 use crate::scene::source::Source;
 use crate::{EngineError, InitialField, MeshSpec};
 
-/// A named set of a mesh file, as indices into its lists and corners of its facets; from zero, ascending.
+/// A named set of a mesh file, as indices of vertices and cells from zero, ascending, and corners of facets (of a planar mesh
+/// the second end of an edge is repeated).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct NamedSet {
     pub(crate) vertices: Vec<usize>,
@@ -122,62 +123,60 @@ impl<const N: usize> MeshInput<N> {
     }
 }
 
-/// Physical groups, and arrays of one component: the points or cells where their value is not zero. Without tetrahedra the
-/// triangles are the cells.
+/// Physical groups, and arrays of one component: the points or cells where their value is not zero.
 fn named_sets(data: &MeshData) -> BTreeMap<String, NamedSet> {
-    let mut sets: BTreeMap<String, NamedSet> = BTreeMap::new();
+    let (tets, triangles) = (data.tets.len(), data.triangles.len());
     let nonzero = |a: &DataArray| {
         let rows = a.values.iter().enumerate();
         rows.filter(|(_, v)| **v != 0.0).map(|(i, _)| i).collect::<Vec<_>>()
     };
-    let (cells, planar) = match data.tets.len() {
-        0 => (data.triangles.len(), true),
-        n => (n, false),
-    };
+    let mut sets: BTreeMap<String, NamedSet> = BTreeMap::new();
     for (name, array) in data.cell_arrays.iter().filter(|(_, a)| a.components == 1) {
-        let set = sets.entry(name.clone()).or_default();
-        for i in nonzero(array) {
-            if i < cells {
-                set.cells.push(i);
-            } else if !planar {
-                set.facets.push(data.triangles[i - cells]);
-            }
-            match i.checked_sub(data.tets.len()) {
-                None => set.vertices.extend(data.tets[i]),
-                Some(k) => set.vertices.extend(data.triangles[k]),
-            }
-        }
+        sets.insert(name.clone(), NamedSet::of(data, &nonzero(array), &[]));
     }
     for (name, array) in data.point_arrays.iter().filter(|(_, a)| a.components == 1) {
-        sets.insert(
-            name.clone(),
-            NamedSet {
-                vertices: nonzero(array),
-                ..NamedSet::default()
-            },
-        );
+        sets.insert(name.clone(), NamedSet::of(data, &[], &nonzero(array)));
     }
     for (name, group) in &data.groups {
-        let facets = group.triangles.iter().map(|&k| data.triangles[k]).collect();
-        let (facets, cells) = match planar {
-            true => (Vec::new(), group.triangles.clone()),
-            false => (facets, group.tets.clone()),
-        };
-        let vertices = group.vertices.clone();
-        sets.insert(
-            name.clone(),
-            NamedSet {
-                vertices,
-                facets,
-                cells,
-            },
-        );
-    }
-    for set in sets.values_mut() {
-        set.vertices.sort_unstable();
-        set.vertices.dedup();
+        let rows = group.tets.iter().copied();
+        let rows = rows.chain(group.triangles.iter().map(|i| tets + i));
+        let rows = rows.chain(group.segments.iter().map(|i| tets + triangles + i));
+        let rows: Vec<usize> = rows.collect();
+        sets.insert(name.clone(), NamedSet::of(data, &rows, &group.vertices));
     }
     sets
+}
+
+impl NamedSet {
+    /// The set of some rows of the cell arrays of a file (its tetrahedra, triangles, line segments, in this order) and of
+    /// some points. Without tetrahedra the triangles are the cells, and segments their facets.
+    fn of(data: &MeshData, rows: &[usize], points: &[usize]) -> Self {
+        let (tets, triangles, planar) = (data.tets.len(), data.triangles.len(), data.tets.is_empty());
+        let mut set = NamedSet::default();
+        set.vertices.extend(points);
+        for &row in rows {
+            if row < tets {
+                set.cells.push(row);
+                set.vertices.extend(data.tets[row]);
+            } else if row < tets + triangles {
+                let corners = data.triangles[row - tets];
+                match planar {
+                    true => set.cells.push(row),
+                    false => set.facets.push(corners),
+                }
+                set.vertices.extend(corners);
+            } else {
+                let [a, b] = data.segments[row - tets - triangles];
+                if planar {
+                    set.facets.push([a, b, b]);
+                }
+                set.vertices.extend([a, b]);
+            }
+        }
+        set.vertices.sort_unstable();
+        set.vertices.dedup();
+        set
+    }
 }
 
 /// The values of an initial field at the vertices of the mesh as read, flat (3 a vertex; in two dimensions the third is 0).
