@@ -82,9 +82,9 @@ struct Meshes {
 
 /// Runs a scene; `after_step` sees each step and says whether to go on.
 ///
-/// Writes `frames/`, `NAME.pvd`, `steps.csv` and saves as it goes, and `final.vtu`, `report.json` at the end, however it ends.
-/// A run that goes on from a save gives the same bits as one that was never interrupted (seconds aside); its scene may differ
-/// in `[time]`, `[solver]`, `[output]` and `[[quantity]]`.
+/// Writes `frames/`, `NAME.pvd` (and `surface/`, `NAME_surface.pvd`), `steps.csv` and saves as it goes, and `final.vtu`,
+/// `report.json` at the end, however it ends. A run that goes on from a save gives the same bits as one that was never
+/// interrupted (seconds aside); its scene may differ in `[time]`, `[solver]`, `[output]` and `[[quantity]]`.
 ///
 /// # Errors
 /// [`EngineError`]; what was written before can be read.
@@ -171,9 +171,9 @@ impl Writers {
             initial: simulation.mesh_figures(),
             ..Progress::default()
         });
-        let (name, every) = (&simulation.scene.name, simulation.scene.output.every);
+        let (name, output) = (&simulation.scene.name, &simulation.scene.output);
         Ok(Writers {
-            frames: Frames::new(folder, name, every, progress.frames)?,
+            frames: Frames::new(folder, name, output, progress.frames)?,
             table,
             initial: progress.initial,
             path: folder.join(SAVE),
@@ -203,7 +203,7 @@ impl Writers {
     fn save<const N: usize>(&mut self, simulation: &Simulation<N>) -> Result<(), EngineError> {
         let progress = Progress {
             initial: self.initial,
-            frames: self.frames.list().clone(),
+            frames: self.frames.list(),
             table_bytes: self.table.bytes()?,
         };
         simulation.save_with(&self.path, &progress)?;
@@ -249,7 +249,7 @@ fn advance<const N: usize>(
             break Ok(());
         }
     };
-    writers.frames.write_list()?;
+    writers.frames.write_lists()?;
     if result.is_ok() && ending == Ending::Done {
         let late: Vec<f64> = simulation.pending.iter().map(|c| c.at).collect();
         for at in late {

@@ -204,3 +204,71 @@ fn check_quality_and_cut_print_what_they_find() {
     let output = kerfem(folder.path(), &["quality", "blade.obj"]);
     assert_eq!(output.status.code(), Some(2));
 }
+
+#[test]
+fn a_cut_mesh_is_written_as_its_ending_says() {
+    let plate = "name = 'plate'\n[mesh]\nplate = { size = [2, 1], cells = [4, 2] }\n[material]\nyoung = 1\npoisson = 0\n\
+        density = 1\n[time]\nscheme = 'evaluate'\n";
+    let folder = folder_with(SCENE);
+    std::fs::write(folder.path().join("plate.toml"), plate).unwrap();
+    std::fs::write(folder.path().join("line.obj"), "v 1.23 -1 0\nv 1.27 2 0\nl 1 2\n").unwrap();
+    for scene in [&["run", "plate.toml"][..], &["run", "scene.toml", "--until", "0"]] {
+        assert_eq!(kerfem(folder.path(), scene).status.code(), Some(0));
+    }
+    let cut = |mesh: &str, sweep: &str, out: &str| {
+        let output = kerfem(folder.path(), &["cut", mesh, "--sweep", sweep, "-o", out]);
+        (output.status.code(), stderr(&output))
+    };
+    let (sheet, solid) = ("out/plate/final.vtu", "out/beam/final.vtu");
+    let written = |out: &str| {
+        assert_eq!(cut(sheet, "line.obj", out), (Some(0), String::new()));
+        let data = kerfem_mesh::io::read_mesh(folder.path().join(out)).unwrap();
+        assert_eq!(data.cell_arrays["quality"].values.len(), data.triangles.len());
+        (data.points, data.triangles)
+    };
+    let surface = written("cut.vtp");
+    assert!(surface.1.len() > 16 && surface == written("cut.VTU"));
+    for (mesh, out, message) in [
+        (
+            sheet,
+            "cut.stl",
+            "cut.stl: a mesh of triangles is written to .vtu, .vtp files",
+        ),
+        (sheet, "cut", "cut: a mesh of triangles is written to .vtu, .vtp files"),
+        (
+            solid,
+            "solid.vtp",
+            "solid.vtp: a mesh of tetrahedra is written to .vtu files",
+        ),
+        (
+            solid,
+            "solid.vtk",
+            "solid.vtk: a mesh of tetrahedra is written to .vtu files",
+        ),
+    ] {
+        // the ending is told before the sweep is read
+        assert_eq!(cut(mesh, "absent.obj", out), (Some(2), format!("kerfem: {message}\n")));
+        assert!(!folder.path().join(out).exists());
+    }
+}
+
+#[test]
+fn quality_measures_surfaces_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let half = std::f64::consts::FRAC_PI_2;
+    let cap = kerfem_mesh::generate::cap_triangles([0.0, 0.0, 1.0], 0.2, half, 8).unwrap();
+    let grid = kerfem_mesh::io::VtuGrid::from_tri_mesh(&cap);
+    kerfem_mesh::io::write_vtp(folder.path().join("cap.vtp"), &grid).unwrap();
+    let output = kerfem(folder.path(), &["quality", "cap.vtp", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["cells"], &found["pieces"]), (&384.into(), &1.into()));
+    let area = found["area_m2"].as_f64().unwrap();
+    let exact = 2.0 * std::f64::consts::PI * 0.04;
+    assert!(area < exact && area > 0.99 * exact, "{area}");
+    let number = |key: &str| found["quality"][key].as_f64().unwrap();
+    assert!(number("min_radius_ratio") > 0.77 && number("max_over_min_edge") < 2.1);
+    let text = kerfem(folder.path(), &["quality", "cap.vtp"]).stdout;
+    let line = format!("area {:e} m2", kerfem_mesh::quality::volume(&cap));
+    assert!(String::from_utf8_lossy(&text).lines().any(|l| l == line));
+}

@@ -38,9 +38,10 @@ fn cut_and_write<const N: usize>(
     arguments: &CutArguments,
     options: &CutOptions,
 ) -> Result<u8, EngineError> {
+    let write = arguments.output.as_deref().map(output::mesh_writer).transpose()?;
     let done = cut_at_rest(mesh, &arguments.sweep, options)?;
-    if let Some(path) = &arguments.output {
-        output::write_mesh(path, mesh)?;
+    if let Some(write) = write {
+        write(mesh)?;
     }
     if arguments.json {
         say!("{:#}", serde_json::json!(done));

@@ -43,7 +43,7 @@ enum Action {
     },
     /// Counts, volume, quality of the cells and their histograms
     Quality {
-        /// A mesh of tetrahedra or triangles (.vtu, .msh)
+        /// A mesh of tetrahedra or triangles (.vtu, .vtp, .vtk, .msh, .mesh, .node, .ele)
         mesh: PathBuf,
         /// Print JSON
         #[arg(long)]
@@ -85,9 +85,9 @@ struct RunArguments {
 
 #[derive(clap::Args)]
 struct CutArguments {
-    /// A mesh of tetrahedra, or of triangles with z = 0 (.vtu, .msh)
+    /// A mesh of tetrahedra, or of triangles with z = 0 (.vtu, .vtp, .vtk, .msh, .mesh, .node, .ele)
     mesh: PathBuf,
-    /// A triangulated surface, for triangles line segments (.obj, .vtu)
+    /// A triangulated surface, for triangles line segments (.obj, .stl, .vtu, .vtp, .vtk)
     #[arg(long)]
     sweep: PathBuf,
     /// How the mesh is made to follow the sweep
@@ -96,7 +96,7 @@ struct CutArguments {
     /// Snapping distance as a fraction of the local mean edge
     #[arg(long, default_value_t = 0.2)]
     snap: f64,
-    /// Where to write the cut mesh (.vtu)
+    /// Where to write the cut mesh (.vtu, of triangles also .vtp)
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Print JSON

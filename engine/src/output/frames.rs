@@ -1,14 +1,15 @@
-//! States as `.vtu` files, and the `.pvd` that lists them.
+//! States as `.vtu` files, and their surfaces as `.vtp`.
 
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::Path;
 
-use kerfem_mesh::io::{VtuArray, VtuCells, VtuGrid, write_atomically, write_vtu};
+use kerfem_mesh::io::{IoError, VtuArray, VtuCells, VtuGrid, write_vtp, write_vtu};
 use kerfem_mesh::{CellId, Point, SimplexMesh, VertexId, quality};
 use nalgebra::{Matrix3, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
-use crate::{EngineError, FieldName, Simulation};
+use super::series::{FileList, Kind, Series};
+use crate::{EngineError, FieldName, OutputSpec, Simulation};
 
 /// Numbers vertices without the empty slots: surviving vertices of the input first, in its order, then new ones.
 pub(crate) struct Numbering {
@@ -18,7 +19,10 @@ pub(crate) struct Numbering {
 
 impl Numbering {
     pub(crate) fn of<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
-        let vertices: Vec<VertexId> = mesh.vertex_ids().collect();
+        Numbering::new(mesh, mesh.vertex_ids().collect())
+    }
+
+    fn new<const N: usize>(mesh: &SimplexMesh<N>, vertices: Vec<VertexId>) -> Self {
         let mut index = vec![usize::MAX; mesh.vertex_slots()];
         for (i, v) in vertices.iter().enumerate() {
             index[v.index()] = i;
@@ -26,14 +30,34 @@ impl Numbering {
         Numbering { vertices, index }
     }
 
-    fn grid<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuGrid<'static> {
-        let points: Vec<Point> = self.vertices.iter().map(|v| mesh.rest_position(*v)).collect();
+    /// Only the vertices of the boundary.
+    fn of_boundary<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
+        let corners = mesh.boundary_facets().flat_map(|side| mesh.facet_corners(side));
+        let vertices: BTreeSet<VertexId> = corners.collect();
+        Numbering::new(mesh, vertices.into_iter().collect())
+    }
+
+    /// The cells of a mesh.
+    fn cells<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
         let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| self.index[v.index()]));
-        let cells = if N == 3 {
-            VtuCells::Triangles(cells.map(|c| [c[0], c[1], c[2]]).collect())
-        } else {
-            VtuCells::Tets(cells.map(|c| [c[0], c[1], c[2], c[3]]).collect())
-        };
+        match N {
+            3 => VtuCells::Triangles(cells.map(|c| [c[0], c[1], c[2]]).collect()),
+            _ => VtuCells::Tets(cells.map(|c| [c[0], c[1], c[2], c[3]]).collect()),
+        }
+    }
+
+    /// The boundary of a mesh: triangles with their normal outwards, of a planar mesh lines that run counter-clockwise.
+    fn boundary<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
+        let facets = mesh.boundary_facets().map(|side| mesh.facet_corners(side));
+        let facets = facets.map(|f| f.map(|v| self.index[v.index()]));
+        match N {
+            3 => VtuCells::Lines(facets.map(|[a, b, _]| [a, b]).collect()),
+            _ => VtuCells::Triangles(facets.collect()),
+        }
+    }
+
+    fn grid<const N: usize>(&self, mesh: &SimplexMesh<N>, cells: VtuCells<'static>) -> VtuGrid<'static> {
+        let points: Vec<Point> = self.vertices.iter().map(|v| mesh.rest_position(*v)).collect();
         let ids: Vec<i64> = self.vertices.iter().map(|v| i64::from(v.0)).collect();
         VtuGrid {
             points: points.into(),
@@ -41,6 +65,15 @@ impl Numbering {
             point_arrays: vec![VtuArray::integers("vertex_id", ids)],
             cell_arrays: Vec::new(),
         }
+    }
+
+    /// A grid with the motion of its points.
+    fn moving_grid<const N: usize>(&self, simulation: &Simulation<N>, cells: VtuCells<'static>) -> VtuGrid<'static> {
+        let mut grid = self.grid(&simulation.mesh, cells);
+        for (name, field) in [("displacement", &simulation.state.u), ("velocity", &simulation.state.v)] {
+            grid.point_arrays.push(VtuArray::reals(name, 3, self.rows(field, 3)));
+        }
+        grid
     }
 
     /// The rows of a flat nodal field, `components` a vertex.
@@ -53,31 +86,15 @@ impl Numbering {
     }
 }
 
-/// Writes a mesh at rest with the quality of its cells.
-///
-/// # Errors
-/// [`EngineError::Write`].
-pub fn write_mesh<const N: usize>(path: &Path, mesh: &SimplexMesh<N>) -> Result<(), EngineError> {
-    let mut grid = Numbering::of(mesh).grid(mesh);
-    let values: Vec<f64> = mesh
-        .cell_ids()
-        .map(|c| quality::radius_ratio(&mesh.cell_rest_positions(c)))
-        .collect();
-    grid.cell_arrays.push(VtuArray::reals("quality", 1, values));
-    write_vtu(path, &grid).map_err(EngineError::Write)
-}
-
 /// Writes the present state at rest positions, with the fields that the scene asks for.
 pub(crate) fn write_state<const N: usize>(path: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let mesh = &simulation.mesh;
     let numbering = Numbering::of(mesh);
-    let mut grid = numbering.grid(mesh);
+    let mut grid = numbering.moving_grid(simulation, numbering.cells(mesh));
     let mut point = |name: &'static str, components, field: &[f64]| {
         grid.point_arrays
             .push(VtuArray::reals(name, components, numbering.rows(field, components)));
     };
-    point("displacement", 3, &simulation.state.u);
-    point("velocity", 3, &simulation.state.v);
     let wanted = &simulation.scene.output.fields;
     if wanted.contains(&FieldName::InternalForce) {
         let mut force = vec![0.0; simulation.state.u.len()];
@@ -101,6 +118,46 @@ pub(crate) fn write_state<const N: usize>(path: &Path, simulation: &Simulation<N
         }
     }
     write_vtu(path, &grid).map_err(EngineError::Write)
+}
+
+/// Writes the boundary of the present state at rest positions, with its motion.
+fn write_surface<const N: usize>(path: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
+    let mesh = &simulation.mesh;
+    let numbering = Numbering::of_boundary(mesh);
+    let grid = numbering.moving_grid(simulation, numbering.boundary(mesh));
+    write_vtp(path, &grid).map_err(EngineError::Write)
+}
+
+/// Writes a mesh at rest with the quality of its cells, as its file's ending says: `.vtu`, or `.vtp` for triangles.
+///
+/// # Errors
+/// [`EngineError::Scene`] for another ending, before anything is done; what is returned gives [`EngineError::Write`].
+pub fn mesh_writer<const N: usize>(
+    path: &Path,
+) -> Result<impl FnOnce(&SimplexMesh<N>) -> Result<(), EngineError>, EngineError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let write: fn(&Path, &VtuGrid) -> Result<(), IoError> = match (ending.as_str(), N) {
+        ("vtu", _) => |path, grid| write_vtu(path, grid),
+        ("vtp", 3) => |path, grid| write_vtp(path, grid),
+        _ => {
+            let (what, accepted) = match N {
+                3 => ("triangles", ".vtu, .vtp"),
+                _ => ("tetrahedra", ".vtu"),
+            };
+            return Err(EngineError::Scene {
+                place: path.display().to_string(),
+                message: format!("a mesh of {what} is written to {accepted} files"),
+            });
+        }
+    };
+    Ok(move |mesh: &SimplexMesh<N>| {
+        let numbering = Numbering::of(mesh);
+        let mut grid = numbering.grid(mesh, numbering.cells(mesh));
+        let ratio = |c| quality::radius_ratio(&mesh.cell_rest_positions(c));
+        let values: Vec<f64> = mesh.cell_ids().map(ratio).collect();
+        grid.cell_arrays.push(VtuArray::reals("quality", 1, values));
+        write(path, &grid).map_err(EngineError::Write)
+    })
 }
 
 /// Name and number of components of a field on cells.
@@ -155,118 +212,71 @@ fn von_mises(stress: &Matrix3<f64>) -> f64 {
     (1.5 * deviator.norm_squared()).sqrt()
 }
 
-/// The frames of a run: `frames/NAME_000123.vtu` (the number is that of the step) and `NAME.pvd`.
+/// The frames of a run, each with its surface if the scene asks for it.
 pub(crate) struct Frames {
-    folder: PathBuf,
-    name: String,
     every: Option<f64>,
-    list: FrameList,
+    /// Time (s) from which on the next frame is due.
+    next: f64,
+    states: Series,
+    surfaces: Option<Series>,
 }
 
 /// The frames written so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct FrameList {
-    /// Time (s) from which on the next frame is due.
     next: f64,
-    /// Time (s) and file, relative to the folder of results.
-    written: Vec<(f64, String)>,
+    states: FileList,
+    surfaces: FileList,
 }
-
-/// The list of frames is written anew with each of the first frames, and then with every so many.
-const LIST_EVERY: usize = 64;
 
 impl Frames {
     /// Frames that follow those of `list`; others that a run of this name left in the folder are removed.
-    pub(crate) fn new(folder: &Path, name: &str, every: Option<f64>, list: FrameList) -> Result<Self, EngineError> {
-        let frames = folder.join("frames");
-        if frames.is_dir() {
-            remove_old(&frames, name, &list).map_err(|source| {
-                EngineError::Write(kerfem_mesh::io::IoError::Write {
-                    path: frames.clone(),
-                    source,
-                })
-            })?;
-        }
-        super::make_folder(&frames)?;
-        let (folder, name) = (folder.to_owned(), name.to_owned());
+    pub(crate) fn new(results: &Path, name: &str, output: &OutputSpec, list: FrameList) -> Result<Self, EngineError> {
+        let surfaces = match output.surface {
+            true => Some(Series::new(Kind::SURFACES, results, name, list.surfaces)?),
+            false => {
+                Kind::SURFACES.remove_old(results, name, &list.surfaces)?;
+                None
+            }
+        };
         Ok(Frames {
-            folder,
-            name,
-            every,
-            list,
+            every: output.every,
+            next: list.next,
+            states: Series::new(Kind::FRAMES, results, name, list.states)?,
+            surfaces,
         })
     }
 
     /// Writes the present state if a frame is due, to within `slack` (s).
     pub(crate) fn offer<const N: usize>(&mut self, simulation: &Simulation<N>, slack: f64) -> Result<(), EngineError> {
-        let time = simulation.state.time;
-        if time < self.list.next - slack {
+        let (step, time) = (simulation.state.step, simulation.state.time);
+        if time < self.next - slack {
             return Ok(());
         }
         if let Some(every) = self.every {
             // where frames are so dense that rounding hides the next one, every step is a frame
             let next = (((time + slack) / every).floor() + 1.0) * every;
-            self.list.next = if next.is_finite() { next } else { time };
+            self.next = if next.is_finite() { next } else { time };
         }
-        let file = format!("frames/{}_{:06}.vtu", self.name, simulation.state.step);
-        write_state(&self.folder.join(&file), simulation)?;
-        tracing::debug!(file, t = time, "frame");
-        self.list.written.push((time, file));
-        let count = self.list.written.len();
-        if count <= LIST_EVERY || count.is_multiple_of(LIST_EVERY) {
-            self.write_list()?;
+        self.states.add(step, time, |path| write_state(path, simulation))?;
+        match &mut self.surfaces {
+            Some(surfaces) => surfaces.add(step, time, |path| write_surface(path, simulation)),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The frames so far.
-    pub(crate) fn list(&self) -> &FrameList {
-        &self.list
-    }
-
-    /// Writes `NAME.pvd`.
-    pub(crate) fn write_list(&self) -> Result<(), EngineError> {
-        let path = self.folder.join(format!("{}.pvd", self.name));
-        let written = write_atomically(path, |out| {
-            writeln!(out, "<?xml version=\"1.0\"?>")?;
-            writeln!(
-                out,
-                "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>"
-            )?;
-            for (time, file) in &self.list.written {
-                writeln!(
-                    out,
-                    "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>",
-                    escaped(file)
-                )?;
-            }
-            writeln!(out, "</Collection>\n</VTKFile>")
-        });
-        written.map_err(EngineError::Write)
-    }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
-}
-
-/// Frames of an earlier run would be taken for this one's.
-fn remove_old(frames: &Path, name: &str, list: &FrameList) -> std::io::Result<()> {
-    let kept: HashSet<&str> = list
-        .written
-        .iter()
-        .filter_map(|(_, f)| f.strip_prefix("frames/"))
-        .collect();
-    for entry in std::fs::read_dir(frames)? {
-        let entry = entry?;
-        let file = entry.file_name().to_string_lossy().into_owned();
-        let number = file
-            .strip_prefix(name)
-            .and_then(|f| f.strip_prefix('_'))
-            .and_then(|f| f.strip_suffix(".vtu"));
-        if number.is_some_and(|n| n.chars().all(|c| c.is_ascii_digit())) && !kept.contains(file.as_str()) {
-            std::fs::remove_file(entry.path())?;
+    pub(crate) fn list(&self) -> FrameList {
+        FrameList {
+            next: self.next,
+            states: self.states.written().clone(),
+            surfaces: self.surfaces.as_ref().map_or_else(FileList::new, |s| s.written().clone()),
         }
     }
-    Ok(())
+
+    /// Writes the lists of frames.
+    pub(crate) fn write_lists(&self) -> Result<(), EngineError> {
+        self.states.write_list()?;
+        self.surfaces.as_ref().map_or(Ok(()), Series::write_list)
+    }
 }

@@ -1,10 +1,11 @@
-//! Results on disk: frames, the table of steps, the report, matrices.
+//! Results on disk: frames, surfaces, the table of steps, the report, matrices.
 
 mod frames;
+mod series;
 mod steps;
 mod system;
 
-pub use frames::write_mesh;
+pub use frames::mesh_writer;
 pub(crate) use frames::{FrameList, Frames, write_state};
 pub(crate) use steps::StepTable;
 pub(crate) use system::export_system;

@@ -553,6 +553,8 @@ pub struct OutputSpec {
     pub every: Option<f64>,
     /// Fields of the frames.
     pub fields: Vec<FieldName>,
+    /// Whether the boundary is written beside each frame, into `surface/`.
+    pub surface: bool,
 }
 
 impl Default for OutputSpec {
@@ -560,6 +562,7 @@ impl Default for OutputSpec {
         OutputSpec {
             every: None,
             fields: vec![FieldName::Displacement, FieldName::Velocity],
+            surface: false,
         }
     }
 }

@@ -7,6 +7,7 @@ mod planar;
 mod planar_cuts;
 mod saves;
 mod statics;
+mod surfaces;
 
 use kerfem_engine::{Scene, Simulation};
 

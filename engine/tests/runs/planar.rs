@@ -2,7 +2,7 @@
 
 use kerfem_engine::{AnySimulation, EngineError, Scene, Simulation, run};
 use kerfem_mesh::TriMesh;
-use kerfem_mesh::io::{VtuArray, VtuCells, VtuGrid, read_mesh, write_vtu};
+use kerfem_mesh::io::{VtuArray, VtuGrid, read_mesh, write_vtu};
 
 use super::nodal;
 
@@ -294,7 +294,7 @@ fn a_file_of_triangles_brings_sets_and_fields() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = plate();
     let points = mesh.rest_positions();
-    let mut grid = grid_of(&mesh);
+    let mut grid = VtuGrid::from_tri_mesh(&mesh);
     let clamp: Vec<f64> = points.iter().map(|p| f64::from(u8::from(p.x == 0.0))).collect();
     let push: Vec<f64> = points.iter().flat_map(|p| [0.1 * p.x, -0.2 * p.y]).collect();
     let soft: Vec<f64> = mesh.cell_ids().map(|c| f64::from(u8::from(c.0 < 8))).collect();
@@ -356,16 +356,6 @@ fn plate() -> TriMesh {
         cells.flat_map(|a| [[a, a + 1, a + 6], [a, a + 5, a + 6]]).collect(),
     )
     .unwrap()
-}
-
-fn grid_of(mesh: &TriMesh) -> VtuGrid<'static> {
-    let cells: Vec<[usize; 3]> = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| v.index())).collect();
-    VtuGrid {
-        points: mesh.rest_positions().to_vec().into(),
-        cells: VtuCells::Triangles(cells.into()),
-        point_arrays: Vec::new(),
-        cell_arrays: Vec::new(),
-    }
 }
 
 #[test]
