@@ -107,8 +107,8 @@ def lumped(mesh):
 
 def boundary_facets(grid, where):
     """Corners of the facets of one cell only whose corners all satisfy `where`."""
-    cells = grid.cells_dict["tetra"]
-    facets = np.concatenate([np.delete(cells, k, axis=1) for k in range(4)])
+    cells = grid.cells_dict.get("tetra", grid.cells_dict.get("triangle"))
+    facets = np.concatenate([np.delete(cells, k, axis=1) for k in range(cells.shape[1])])
     _, first, count = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True)
     facets = facets[first[count == 1]]
     return facets[where(grid.points)[facets].all(axis=1)]
@@ -208,9 +208,53 @@ def check_frames(folder):
     deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
     error = relative(last["von_mises"], np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
     check("von Mises stress follows from the stress", error < 1e-12, "to %.1e" % error)
-    files = sorted((folder / "frames").glob("*.vtu")) + [folder / "final.vtu"]
-    subprocess.run([sys.executable, ROOT / "mesh" / "tests" / "read_back.py", *files], check=True, stdout=subprocess.DEVNULL)
-    check("meshio and VTK read the same from each file", True, "%d files" % len(files))
+
+
+def read_back(folder):
+    """All files of a folder and the folders in it, by the readers of others."""
+    files = sorted(f for f in folder.rglob("*") if f.suffix in (".vtu", ".vtp", ".pvd"))
+    command = [sys.executable, ROOT / "mesh" / "tests" / "read_back.py", *files]
+    done = subprocess.run(command, capture_output=True, text=True)
+    check("%s: ParaView's readers, PyVista and meshio read the same from each file" % folder.name, done.returncode == 0 and files,
+          "%d files" % len(files) if done.returncode == 0 else done.stdout + done.stderr)
+
+
+def check_surface(folder, name, inside):
+    """The last surface is the boundary of final.vtu; `inside` is the volume or the area that it encloses."""
+    lists = [pyvista.get_reader(folder / (name + ending)) for ending in (".pvd", "_surface.pvd")]
+    times = lists[1].time_values
+    check("%s_surface.pvd lists the surface of each frame" % name, times == lists[0].time_values and len(times) > 2, str(times))
+    lists[1].set_active_time_value(times[-1])
+    surface, final = lists[1].read()[0], meshio.read(folder / "final.vtu")
+    rows = np.searchsorted(final.point_data["vertex_id"], surface["vertex_id"])
+    same = np.array_equal(surface.points, final.points[rows])
+    for array in ("vertex_id", "displacement", "velocity"):
+        same = same and np.array_equal(surface[array], final.point_data[array][rows])
+    check("%s: the last surface moves as final.vtu" % name, same and set(surface.array_names) == {"vertex_id", "displacement", "velocity"})
+    facets = surface.regular_faces if surface.faces.size else surface.lines.reshape(-1, 3)[:, 1:]
+    found, wanted = (np.unique(np.sort(f, axis=1), axis=0) for f in (rows[facets], boundary_facets(final, lambda p: p[:, 0] < np.inf)))
+    check("%s: it is the boundary of final.vtu" % name, np.array_equal(found, wanted) and len(found) == len(facets), "%d facets" % len(facets))
+    p = surface.points[facets]
+    size = np.linalg.det(p).sum() / 6 if facets.shape[1] == 3 else np.cross(p[:, 0], p[:, 1])[:, 2].sum() / 2
+    check("%s: it encloses the body, seen from outside" % name, abs(size / inside - 1) < 1e-12, "%.15g" % size)
+
+
+def check_planar(kerfem, folder):
+    run(kerfem, "run", HERE / "scenes" / "planar.toml", "-o", folder, "--verify", "--quiet")
+    final = meshio.read(folder / "final.vtu")
+    u = final.point_data["displacement"]
+    check("planar: triangles with z = 0 and three components", list(final.cells_dict) == ["triangle"]
+          and not final.points[:, 2].any() and u.shape == final.points.shape and not u[:, 2].any() and u[:, 1].min() < -1e-3)
+    check("planar: the mass is that of the sheet", abs(final.point_data["mass"].sum() / 200 - 1) < 1e-12)
+    times = pyvista.get_reader(folder / "planar.pvd").time_values
+    check("planar.pvd lists the frames", np.allclose(times, 0.02 * np.arange(4), rtol=1e-12), str(times))
+    check_surface(folder, "planar", 2)
+    for ending in ("vtu", "vtp"):
+        run(kerfem, "cut", folder / "final.vtu", "--sweep", HERE / "scenes" / "planar_line.obj", "-o", folder / ("cut." + ending))
+    sheet, surface = (pyvista.read(folder / ("cut." + ending)) for ending in ("vtu", "vtp"))
+    check("kerfem cut writes a sheet as .vtu and as .vtp", np.array_equal(sheet.points, surface.points)
+          and np.array_equal(sheet.cells_dict[5], surface.regular_faces) and np.array_equal(sheet["quality"], surface["quality"]))
+    read_back(folder)
 
 
 # --- the command ------------------------------------------------------------------------------------------------------
@@ -220,10 +264,14 @@ def check_command(kerfem, folder):
     mesh = HERE / "references" / "cantilever_gravity.vtu"
     quality = json.loads(run(kerfem, "quality", mesh, "--json").stdout)
     check("kerfem quality", quality["cells"] == 1152 and abs(quality["volume_m3"] / 4 - 1) < 1e-12)
-    out = folder / "cut.vtu"
+    (folder / "cut").mkdir(exist_ok=True)
+    out = folder / "cut" / "cut.vtu"
     report = json.loads(run(kerfem, "cut", mesh, "--sweep", sweep, "--method", "hybrid", "-o", out, "--json").stdout)
     cut = pyvista.read(out)
     check("kerfem cut", abs(cut.volume / 4 - 1) < 1e-12 and cut.n_cells == report["after"]["cells"] > 1152)
+    said = run(kerfem, "cut", mesh, "--sweep", sweep, "-o", folder / "cut" / "cut.vtp", code=2).stderr
+    check("a body is not written as a surface", said.count("\n") == 1 and ".vtu" in said, said.strip())
+    read_back(folder / "cut")
     run(kerfem, "check", HERE / "scenes" / "results.toml")
     bad = folder / "bad.toml"
     bad.write_text((HERE / "scenes" / "results.toml").read_text().replace("young", "yuong"))
@@ -282,6 +330,9 @@ def main():
             run(kerfem, "run", HERE / "scenes" / "results.toml", "-o", folder / "results", "--verify", "--export-system", "--quiet")
             check_report(folder / "results")
             check_frames(folder / "results")
+            check_surface(folder / "results", "results", 4)
+            read_back(folder / "results")
+            check_planar(kerfem, folder / "planar")
             check_system(folder / "results", DT)
             run(kerfem, "run", HERE / "references" / "cut_plane.toml", "-o", folder / "cut_plane", "--verify", "--export-system", "--quiet")
             check_system(folder / "cut_plane", None)

@@ -1,4 +1,6 @@
-//! Files of other programs.
+//! Files of other programs. Those that are known to trip readers are among them: raw appended `.vtu` in both orders of bytes,
+//! PyVista's `.vtk` with offsets that begin with zero, meshio's default `.vtk` (5.1), names of physical groups in gmsh 2 and
+//! 4.1, and entities in several groups.
 
 use kerfem_mesh::io::DataArray;
 use kerfem_mesh::{MeshError, Point, VertexId, io, quality};
