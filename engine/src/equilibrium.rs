@@ -16,6 +16,8 @@ const MAX_TRIALS: usize = 30;
 const ARMIJO: f64 = 1e-4;
 /// Residuals below this many roundings of the terms they consist of cannot be told from zero.
 const ROUNDINGS: f64 = 2.0;
+/// Relative changes of the energy that strains of about 1e-12 round away.
+const UNCERTAIN: f64 = 1e-4;
 
 /// What the terms are computed with.
 #[derive(Clone, Copy)]
@@ -191,10 +193,8 @@ impl Equilibrium {
                 add(u, 1.0, &self.du);
             }
             let moved = full || self.line_search(body, goal, u);
-            if moved {
-                body.assembler
-                    .internal_force(body.mesh, body.model, u, &mut self.internal);
-            }
+            body.assembler
+                .internal_force(body.mesh, body.model, u, &mut self.internal);
             let scale = self.balance(body, goal, u);
             done.assemble_seconds += clock.elapsed().as_secs_f64();
             if goal.one_step {
@@ -314,8 +314,9 @@ impl Equilibrium {
 
     /// Moves `u` along `du` so far that the energy decreases; false if no length does.
     fn line_search<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &mut [f64]) -> bool {
-        let slope: f64 = -dot_free(&self.residual, &self.du, goal.fixed);
-        let (start, noise) = self.energy(body, goal, u);
+        let slope = -dot_free(&self.residual, &self.du, goal.fixed);
+        let (start, size) = self.energy(body, goal, u);
+        let noise = 64.0 * f64::EPSILON * size;
         if slope.abs() <= noise {
             // too close to the minimum for energies to tell
             add(u, 1.0, &self.du);
@@ -331,7 +332,9 @@ impl Equilibrium {
             add(u, length, &self.du);
             let (energy, _) = self.energy(body, goal, u);
             let change = energy - start;
-            if change <= ARMIJO * length * slope + noise {
+            let falls = change <= ARMIJO * length * slope + noise;
+            // at small strains forces are far more exact than energies: where those cannot tell, a slope that flattens does
+            if falls || (change.abs() <= UNCERTAIN * size && self.slope(body, goal, u).abs() <= 0.5 * slope.abs()) {
                 return true;
             }
             // minimum of the parabola through both energies with the slope at the start
@@ -346,7 +349,15 @@ impl Equilibrium {
         false
     }
 
-    /// The energy that is minimised (J), and what rounding can change it by.
+    /// The derivative of the energy along `du` at `u`; forms the forces there.
+    fn slope<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &[f64]) -> f64 {
+        body.assembler
+            .internal_force(body.mesh, body.model, u, &mut self.internal);
+        self.balance(body, goal, u);
+        -dot_free(&self.residual, &self.du, goal.fixed)
+    }
+
+    /// The energy that is minimised (J), and the sum of the sizes of its parts.
     fn energy<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &[f64]) -> (f64, f64) {
         let elastic = body.assembler.energy(body.mesh, body.model, u);
         let work = dot(goal.load, u);
@@ -357,7 +368,7 @@ impl Equilibrium {
             0.5 * dot(&self.inertial, &self.offset)
         };
         let size = elastic.abs() + work.abs() + inertial;
-        (elastic + inertial - work, 64.0 * f64::EPSILON * size)
+        (elastic + inertial - work, size)
     }
 }
 

@@ -172,3 +172,19 @@ fn loads_and_supports_can_be_set_while_running() {
     assert_eq!(nodal(s.u(), 0), Vector3::new(0.1, 0.0, 0.0));
     assert!(s.energies().elastic > 0.0);
 }
+
+#[test]
+fn the_smallest_vibrations_are_solved_for() {
+    // strains of 1e-9: energies are rounded by more than a step changes them
+    for scheme in ["backward-euler", "midpoint"] {
+        let sections = format!(
+            "[initial]\ndisplacement = ['1e-9*sin(x)', '1e-9*x*z', 0]\n[[fixed]]\nwhere = 'x < 1e-9'\n{}",
+            stepping(scheme, 0.01, 1.0)
+        );
+        let mut s = simulation(&box_scene([2.0, 0.5, 0.5], [8, 2, 2], &sections));
+        for _ in 0..20 {
+            let info = s.step(0.01).unwrap();
+            assert!(info.converged && info.newton_steps < 6, "{info:?}");
+        }
+    }
+}
