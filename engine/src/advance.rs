@@ -2,10 +2,21 @@
 
 use std::time::Instant;
 
-use crate::equilibrium::{Body, Goal, Solved, dot, mass_times};
-use crate::simulation::Buffers;
+use crate::damping::Viscosity;
+use crate::equilibrium::{Body, Goal, Solved, dot};
 use crate::supports::{self, FreePiece};
-use crate::{EngineError, Nonlinear, Simulation};
+use crate::{DampingSpec, EngineError, Nonlinear, Simulation};
+
+/// What an implicit step adds to a problem of equilibrium; nothing for statics.
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    /// Factor of the mass (1/s²).
+    inertia: f64,
+    /// Factor of the stiffness that damps.
+    viscosity: f64,
+    /// Half the length of the step (s).
+    half: f64,
+}
 
 impl<const N: usize> Simulation<N> {
     /// "evaluate": nothing is solved.
@@ -31,7 +42,7 @@ impl<const N: usize> Simulation<N> {
             self.buffers.prescribed[dof] = self.state.u[dof];
         }
         self.buffers.solution.clone_from(&self.state.u);
-        let solved = self.solve(0.0, Some(&fixed))?;
+        let solved = self.solve(Motion::default(), Some(&fixed))?;
         // what comes close is used, and flagged
         let close = solved.residual <= self.scene.solver.tolerance.sqrt();
         if !solved.converged && !close {
@@ -72,11 +83,12 @@ impl<const N: usize> Simulation<N> {
         Ok(())
     }
 
-    /// Backward Euler: `M ((v' - v) / dt + damping v') + internal(u') = load(t + dt)`, `u' = u + dt v'`.
+    /// Backward Euler: `M ((v' - v) / dt + alpha v') + beta K v' + internal(u') = load(t + dt)`, `u' = u + dt v'`; for `K` see
+    /// [`crate::damping`].
     pub(crate) fn backward_euler(&mut self, dt: f64) -> Result<Solved, EngineError> {
         let t = self.state.time_after(dt);
         self.set_load_and_supports(t, t)?;
-        let solved = self.implicit_part(dt)?;
+        let solved = self.implicit_part(dt, 0.5 * dt)?;
         let before = self.energies;
         let work = self.work_of_step(1.0);
         for ((u, v), new) in self
@@ -102,7 +114,7 @@ impl<const N: usize> Simulation<N> {
         for (d, p) in self.buffers.prescribed.iter_mut().enumerate().filter(|(d, _)| mask[*d]) {
             *p = 0.5 * (*p + self.state.u[d]);
         }
-        let solved = self.implicit_part(0.5 * dt)?;
+        let solved = self.implicit_part(0.5 * dt, 0.5 * dt)?;
         let before = self.energies;
         let work = self.work_of_step(2.0);
         let mask = self.fixed.mask();
@@ -116,20 +128,23 @@ impl<const N: usize> Simulation<N> {
         Ok(solved)
     }
 
-    /// Solves for the end of a backward Euler step of length `dt`, into `buffers.solution`.
-    fn implicit_part(&mut self, dt: f64) -> Result<Solved, EngineError> {
-        let damping = self.scene.material.damping.mass;
-        let inertia = (1.0 / dt + damping) / dt;
+    /// Solves for the end of a backward Euler step of length `dt`, into `buffers.solution`; `half` of the step of the scheme
+    /// lies half-way through it.
+    fn implicit_part(&mut self, dt: f64, half: f64) -> Result<Solved, EngineError> {
+        let DampingSpec { mass, stiffness } = self.scene.material.damping;
+        let inertia = (1.0 / dt + mass) / dt;
         let reach = 1.0 / (dt * inertia);
         let moved = self.state.u.iter().zip(&self.state.v);
         for (target, (u, v)) in self.buffers.target.iter_mut().zip(moved) {
             *target = u + reach * v;
         }
         self.buffers.solution.clone_from(&self.state.u);
-        if self.scene.time.nonlinear == Nonlinear::Newton {
-            self.start_where_energy_is_less(inertia);
-        }
-        let solved = self.solve(inertia, None)?;
+        let motion = Motion {
+            inertia,
+            viscosity: stiffness / dt,
+            half,
+        };
+        let solved = self.solve(motion, None)?;
         if self.buffers.solution.iter().all(|u| u.is_finite()) {
             Ok(solved)
         } else {
@@ -137,39 +152,22 @@ impl<const N: usize> Simulation<N> {
         }
     }
 
-    /// Newton's method starts at the target of inertia if the energy there is less than where the body is.
-    fn start_where_energy_is_less(&mut self, inertia: f64) {
-        let body = Body {
-            mesh: &self.mesh,
-            assembler: &self.assembler,
-            model: self.model,
-            mass: self.scene.model.mass,
-        };
-        let Buffers {
-            load,
-            target,
-            solution,
-            scratch,
-            ..
-        } = &mut self.buffers;
-        let energy = |u: &[f64]| body.assembler.energy(body.mesh, body.model, u) - dot(load, u);
-        let gain = energy(solution) - energy(target);
-        solution.iter_mut().zip(&*target).for_each(|(u, target)| *u -= target);
-        mass_times(&body, solution, scratch);
-        let gain = gain + 0.5 * inertia * dot(solution, scratch);
-        solution.clone_from(if gain > 0.0 { target } else { &self.state.u });
-    }
-
     /// Solves into `buffers.solution`, which holds the start; `held` stands in for the prescribed dofs.
-    fn solve(&mut self, inertia: f64, held: Option<&[bool]>) -> Result<Solved, EngineError> {
+    fn solve(&mut self, motion: Motion, held: Option<&[bool]>) -> Result<Solved, EngineError> {
         let goal = Goal {
-            inertia,
+            inertia: motion.inertia,
             target: &self.buffers.target,
+            viscosity: Viscosity {
+                factor: motion.viscosity,
+                start: &self.state.u,
+                velocity: &self.state.v,
+                half: motion.half,
+            },
             load: &self.buffers.load,
             fixed: held.unwrap_or(self.fixed.mask()),
             prescribed: &self.buffers.prescribed,
             tolerance: self.scene.solver.tolerance,
-            one_step: self.scene.time.nonlinear == Nonlinear::OneStep && inertia > 0.0,
+            one_step: self.scene.time.nonlinear == Nonlinear::OneStep && motion.inertia > 0.0,
         };
         let body = Body {
             mesh: &self.mesh,

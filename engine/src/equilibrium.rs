@@ -1,5 +1,5 @@
 //! The one nonlinear problem behind statics and every implicit step: the minimum of
-//! `inertia/2 |u - target|²_M + elastic energy(u) - load . u` over the free dofs.
+//! `inertia/2 |u - target|²_M + viscosity/2 |u - start|²_K + elastic energy(u) - load . u` over the free dofs.
 
 use std::time::Instant;
 
@@ -7,6 +7,7 @@ use kerfem_fem::{Assembler, BlockMatrix, FemError, LinearSolver, Model, Scales, 
 use kerfem_mesh::{SimplexMesh, quality};
 
 use crate::MassKind;
+use crate::damping::{Damping, Viscosity};
 
 /// Newton steps before giving up.
 const MAX_STEPS: usize = 200;
@@ -35,6 +36,8 @@ pub(crate) struct Goal<'a> {
     pub(crate) inertia: f64,
     /// Where inertia alone would take the body (m).
     pub(crate) target: &'a [f64],
+    /// Damping by stiffness.
+    pub(crate) viscosity: Viscosity<'a>,
     /// Nodal forces (N).
     pub(crate) load: &'a [f64],
     /// Which dofs are prescribed.
@@ -70,17 +73,20 @@ pub(crate) struct Solved {
 #[derive(Debug)]
 pub(crate) struct Equilibrium {
     matrix: BlockMatrix,
-    /// The linear model's matrix is still that of this factor of the mass.
-    matrix_is_for: Option<f64>,
+    /// The linear model's matrix is still that of these factors of the mass and of the damping.
+    matrix_is_for: Option<[f64; 2]>,
     internal: Vec<f64>,
     inertial: Vec<f64>,
-    /// Forces that do not balance: load - internal - inertial.
+    damping: Damping,
+    /// Forces that do not balance: load - internal - inertial - damping.
     residual: Vec<f64>,
     du: Vec<f64>,
     trial: Vec<f64>,
     offset: Vec<f64>,
     /// See [`Self::force_scale`].
     scale: f64,
+    /// Forces were balanced since the mesh changed.
+    balanced: bool,
 }
 
 impl Equilibrium {
@@ -90,11 +96,13 @@ impl Equilibrium {
             matrix_is_for: None,
             internal: Vec::new(),
             inertial: Vec::new(),
+            damping: Damping::default(),
             residual: Vec::new(),
             du: Vec::new(),
             trial: Vec::new(),
             offset: Vec::new(),
             scale: 0.0,
+            balanced: false,
         };
         own.mesh_changed(3 * assembler.lumped_mass().len());
         own
@@ -103,6 +111,7 @@ impl Equilibrium {
     /// Makes room for new dofs; the matrix is filled anew before it is used.
     pub(crate) fn mesh_changed(&mut self, dofs: usize) {
         self.matrix_is_for = None;
+        self.balanced = false;
         for field in [
             &mut self.internal,
             &mut self.inertial,
@@ -120,27 +129,37 @@ impl Equilibrium {
         self.matrix_is_for.map(|_| &self.matrix)
     }
 
-    /// Size (N) of the forces that were balanced last: internal, inertial and loads.
+    /// Size (N) of the forces that were balanced last: internal, inertial, of damping and loads.
     pub(crate) fn force_scale(&self) -> f64 {
         self.scale
     }
 
-    /// Forces (N) that do not balance after the last solve, `load - internal - inertial`: on prescribed dofs minus the
-    /// reactions.
+    /// Forces (N) that do not balance after the last solve, `load - internal - inertial - damping`: on prescribed dofs minus
+    /// the reactions.
     pub(crate) fn unbalanced(&self) -> &[f64] {
         &self.residual
     }
 
-    /// Takes back what [`Self::unbalanced`] and [`Self::force_scale`] gave.
-    pub(crate) fn recall(&mut self, unbalanced: Vec<f64>, scale: f64) {
-        (self.residual, self.scale) = (unbalanced, scale);
+    /// Whether forces were balanced since the mesh changed.
+    pub(crate) fn is_balanced(&self) -> bool {
+        self.balanced
+    }
+
+    /// Takes back what [`Self::unbalanced`], [`Self::force_scale`] and [`Self::is_balanced`] gave.
+    pub(crate) fn recall(&mut self, unbalanced: Vec<f64>, scale: f64, balanced: bool) {
+        (self.residual, self.scale, self.balanced) = (unbalanced, scale, balanced);
+    }
+
+    /// What the supports exert on the prescribed dofs (N), after the last solve; none if the mesh has changed since.
+    pub(crate) fn reaction(&self, dof: usize) -> Option<f64> {
+        self.balanced.then(|| -self.residual[dof])
     }
 
     /// Solves for `u`: on entry the start, on return the solution; prescribed dofs get their values.
     ///
-    /// Newton's method with the exact Hessian and a backtracking line search on the energy; where the Hessian is not positive
-    /// definite or leads nowhere, it is projected. The first step takes the prescribed displacements along and is not
-    /// shortened where they change. Not reaching the tolerance is no error.
+    /// Newton's method, from the target of inertia if the energy is less there, with the exact Hessian and a backtracking line
+    /// search on the energy; where the Hessian is not positive definite or leads nowhere, it is projected. The first step takes
+    /// the prescribed displacements along and is not shortened where they change. Not reaching the tolerance is no error.
     ///
     /// # Errors
     /// [`FemError`] of the linear solver.
@@ -153,8 +172,12 @@ impl Equilibrium {
     ) -> Result<Solved, FemError> {
         let mut done = Solved::default();
         let mut tangent = if goal.one_step { Tangent::Warped } else { Tangent::Exact };
-        let mut carries = self.start(goal, u);
         let clock = Instant::now();
+        self.damping.begin(body, &goal.viscosity);
+        if goal.inertia > 0.0 && !goal.one_step {
+            self.leap(body, goal, u);
+        }
+        let mut carries = self.start(goal, u);
         body.assembler
             .internal_force(body.mesh, body.model, u, &mut self.internal);
         let scale = self.balance(body, goal, u);
@@ -217,6 +240,15 @@ impl Equilibrium {
         Ok(done)
     }
 
+    /// Moves `u` to the target of inertia if the energy is less there.
+    fn leap<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, u: &mut [f64]) {
+        let (here, _) = self.energy(body, goal, u);
+        let (there, _) = self.energy(body, goal, goal.target);
+        if there < here {
+            u.copy_from_slice(goal.target);
+        }
+    }
+
     /// Puts the prescribed increments into `du`; whether there are any.
     fn start(&mut self, goal: &Goal<'_>, u: &[f64]) -> bool {
         let mut any = false;
@@ -229,7 +261,8 @@ impl Equilibrium {
 
     /// Fills the matrix at `u`. That of a linear model stays as it is from step to step.
     fn fill_matrix<const N: usize>(&mut self, body: &Body<'_, N>, goal: &Goal<'_>, tangent: Tangent, u: &[f64]) {
-        if body.model == Model::Linear && self.matrix_is_for == Some(goal.inertia) {
+        let factors = Some([goal.inertia, goal.viscosity.factor]);
+        if body.model == Model::Linear && self.matrix_is_for == factors {
             return;
         }
         let lumped = body.mass == MassKind::Lumped;
@@ -242,7 +275,8 @@ impl Equilibrium {
         if !lumped && goal.inertia != 0.0 {
             body.assembler.consistent_mass().add_to(goal.inertia, &mut self.matrix);
         }
-        self.matrix_is_for = Some(goal.inertia);
+        self.damping.add_to(body, &goal.viscosity, &mut self.matrix);
+        self.matrix_is_for = factors;
     }
 
     /// Forms the forces that do not balance at `u` from the internal forces there; the sum of the norms of the terms.
@@ -252,7 +286,11 @@ impl Equilibrium {
         for (r, ((internal, inertial), load)) in self.residual.iter_mut().zip(terms) {
             *r = load - internal - inertial;
         }
-        self.scale = norm(&self.internal) + norm(&self.inertial) + norm(goal.load);
+        self.damping.weigh(body, &goal.viscosity, u);
+        let damping = self.damping.force();
+        self.residual.iter_mut().zip(damping).for_each(|(r, f)| *r -= f);
+        self.scale = norm(&self.internal) + norm(&self.inertial) + norm(damping) + norm(goal.load);
+        self.balanced = true;
         self.scale
     }
 
@@ -367,8 +405,10 @@ impl Equilibrium {
         } else {
             0.5 * dot(&self.inertial, &self.offset)
         };
-        let size = elastic.abs() + work.abs() + inertial;
-        (elastic + inertial - work, size)
+        self.damping.weigh(body, &goal.viscosity, u);
+        let viscous = self.damping.energy();
+        let size = elastic.abs() + work.abs() + inertial + viscous;
+        (elastic + inertial + viscous - work, size)
     }
 }
 

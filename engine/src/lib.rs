@@ -37,6 +37,7 @@ pub mod book;
 mod choices;
 mod conditions;
 mod cutter;
+mod damping;
 mod energies;
 mod equilibrium;
 mod error;

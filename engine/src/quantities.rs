@@ -40,7 +40,7 @@ impl<const N: usize> Simulation<N> {
             return Some(u[q.component.unwrap_or(upwards) as usize]);
         }
         if let Some(axis) = q.reaction {
-            return Some(self.reaction(axis, q));
+            return self.reaction(axis, q);
         }
         Some(self.energies.elastic)
     }
@@ -74,10 +74,11 @@ impl<const N: usize> Simulation<N> {
         (area > 0.0).then(|| sum / area)
     }
 
-    /// What the supports exert on the selected vertices (N).
-    fn reaction(&self, axis: Axis, q: &QuantitySpec) -> f64 {
-        let unbalanced = self.equilibrium.unbalanced();
-        let fixed = self.vertices_of(q).filter(|v| self.fixed.is_fixed(*v, axis as usize));
-        fixed.map(|v| -unbalanced[3 * v.index() + axis as usize]).sum()
+    /// What the supports exert on the selected vertices (N); none if they hold none of them or nothing was solved for.
+    fn reaction(&self, axis: Axis, q: &QuantitySpec) -> Option<f64> {
+        let axis = axis as usize;
+        let fixed = self.vertices_of(q).filter(|v| self.fixed.is_fixed(*v, axis));
+        let reactions = fixed.map(|v| self.equilibrium.reaction(3 * v.index() + axis));
+        reactions.reduce(|sum, own| Some(sum? + own?)).flatten()
     }
 }

@@ -48,6 +48,7 @@ struct Content<'a, const N: usize, Extra: Clone> {
     energies: Energies,
     unbalanced: Cow<'a, [f64]>,
     force_scale: f64,
+    balanced: bool,
     solver: f64,
     records_figures: bool,
     verify: Option<VerifyFigures>,
@@ -84,6 +85,7 @@ impl<const N: usize> Simulation<N> {
             energies: self.energies,
             unbalanced: Cow::Borrowed(self.equilibrium.unbalanced()),
             force_scale: self.equilibrium.force_scale(),
+            balanced: self.equilibrium.is_balanced(),
             solver: self.solver.memory(),
             records_figures: self.records_figures,
             verify: self.verify.clone(),
@@ -148,7 +150,8 @@ impl<const N: usize> Simulation<N> {
         simulation.pinched = content.pinched.into_owned();
         simulation.energies = content.energies;
         let unbalanced = content.unbalanced.into_owned();
-        simulation.equilibrium.recall(unbalanced, content.force_scale);
+        let equilibrium = &mut simulation.equilibrium;
+        equilibrium.recall(unbalanced, content.force_scale, content.balanced);
         simulation.solver.recall(content.solver);
         simulation.records_figures = content.records_figures;
         simulation.verify = content.verify;

@@ -86,6 +86,24 @@ impl BlockMatrix {
         });
     }
 
+    /// `self += factor * other`; both have the same pattern.
+    ///
+    /// # Panics
+    /// If `other` has another pattern.
+    pub fn add(&mut self, factor: f64, other: &BlockMatrix) {
+        assert_eq!(
+            self.pattern.stamp(),
+            other.pattern.stamp(),
+            "`other` has another pattern"
+        );
+        self.pattern.for_each_row(&mut self.values, |i, _, row| {
+            let (_, blocks) = other.row(i);
+            for (to, from) in row.as_flattened_mut().iter_mut().zip(blocks.as_flattened()) {
+                *to += factor * from;
+            }
+        });
+    }
+
     /// Adds `factor * per_vertex[i]` to the three diagonal entries of every row `i` that has blocks (a lumped mass).
     ///
     /// # Panics

@@ -193,13 +193,11 @@ impl Scene {
             self.positive("material", 0, "thickness", *thickness)?;
         }
         let DampingSpec { mass, stiffness } = *damping;
-        if !(mass.is_finite() && mass >= 0.0) {
-            let message = format!("mass = {mass:?} is not accepted; a finite number from 0 is needed");
-            return self.fail("material", 0, "damping", message);
-        }
-        if stiffness != 0.0 {
-            let message = format!("stiffness = {stiffness:?} is not available yet; accepted: 0");
-            return self.fail("material", 0, "damping", message);
+        for (key, factor) in [("mass", mass), ("stiffness", stiffness)] {
+            if !(factor.is_finite() && factor >= 0.0) {
+                let message = format!("{key} = {factor:?} is not accepted; a finite number from 0 is needed");
+                return self.fail("material", 0, "damping", message);
+            }
         }
         for (i, r) in self.region.iter().enumerate() {
             self.exactly_one(

@@ -197,7 +197,8 @@ impl From<PlaneName> for kerfem_fem::Plane {
     }
 }
 
-/// Rayleigh damping: the force `-(mass M + stiffness K) v`; `stiffness` must be zero for now.
+/// Rayleigh damping: the force `-(mass M + stiffness K) v`, in schemes that step. Of a corotated body `K` turns with its cells,
+/// so that turning is not damped.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

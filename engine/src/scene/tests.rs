@@ -262,8 +262,8 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         ),
         (
             "density = 1000.0",
-            "density = 1000.0\ndamping = { stiffness = 0.1 }",
-            "s.toml:8: material.damping: stiffness = 0.1 is not available yet; accepted: 0",
+            "density = 1000.0\ndamping = { stiffness = -0.1 }",
+            "s.toml:8: material.damping: stiffness = -0.1 is not accepted; a finite number from 0 is needed",
         ),
         (
             "[material]",

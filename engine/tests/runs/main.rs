@@ -1,6 +1,7 @@
 //! Whole scenes through the library: statics, motion, cuts, input from files. One file each.
 
 mod cuts;
+mod damping;
 mod dynamics;
 mod files;
 mod planar;
