@@ -4,11 +4,12 @@
 //! corner that is closer than `d` is snapped onto the border, or an edge that is closer than `d` is split, or the facet is. The cut ends at these vertices; none of
 //! them is doubled, because the cells around it stay connected ahead of the front.
 
+use kerfem_mesh::nearest::on_segment;
 use kerfem_mesh::{FacetSide, Point, VertexId};
 
 use crate::snap;
 use crate::split;
-use crate::sweep::{Piece, nearest_on_segment};
+use crate::sweep::Piece;
 use crate::workspace::Workspace;
 
 /// A facet that several border segments pierce needs one round for each.
@@ -84,7 +85,7 @@ fn served<const N: usize>(ws: &Workspace<'_, N>, x: &Piercing, snap: f64) -> boo
         stands(v, ws.position(v))
             || on[..i]
                 .iter()
-                .any(|&w| stands(v, nearest_on_segment(&x.point, &[ws.position(v), ws.position(w)]).0))
+                .any(|&w| stands(v, on_segment(&x.point, &[ws.position(v), ws.position(w)]).0))
     })
 }
 
@@ -129,7 +130,7 @@ fn insert<const N: usize>(ws: &mut Workspace<'_, N>, x: &Piercing, snap: f64) {
     let nearest = (0..3)
         .map(|k| {
             let (i, j) = (k, (k + 1) % 3);
-            let (foot, t) = nearest_on_segment(&x.point, &[p[i], p[j]]);
+            let (foot, t) = on_segment(&x.point, &[p[i], p[j]]);
             ((foot - x.point).norm(), i, j, t)
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));

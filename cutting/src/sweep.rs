@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use kerfem_mesh::nearest::{on_segment, on_triangle};
 use kerfem_mesh::{Aabb, BoxTree, Point, SimplexMesh, predicates::orient3d};
 
 use crate::CutError;
@@ -294,13 +295,13 @@ impl Piece {
 
     /// The point of the surface nearest to `p`.
     pub(crate) fn nearest(&self, p: &Point) -> Nearest {
-        let at = |k: u32| nearest_on_triangle(p, &self.triangles[k as usize]);
+        let at = |k: u32| on_triangle(p, &self.triangles[k as usize]);
         nearest(p, &self.tree, at)
     }
 
     /// The point of the border nearest to `p`, if the surface has a border.
     pub(crate) fn nearest_on_border(&self, p: &Point) -> Option<Nearest> {
-        let at = |k: u32| nearest_on_segment(p, &self.border[k as usize]).0;
+        let at = |k: u32| on_segment(p, &self.border[k as usize]).0;
         (!self.border.is_empty()).then(|| nearest(p, &self.border_tree, at))
     }
 
@@ -383,31 +384,6 @@ fn nearest(p: &Point, tree: &BoxTree, at: impl Fn(u32) -> Point) -> Nearest {
             distance: f64::INFINITY,
         },
     }
-}
-
-/// Nearest point on a segment and its parameter.
-pub(crate) fn nearest_on_segment(p: &Point, [a, b]: &[Point; 2]) -> (Point, f64) {
-    let d = b - a;
-    let n = d.norm_squared();
-    let t = if n > 0.0 {
-        ((p - a).dot(&d) / n).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (a + d * t, t)
-}
-
-fn nearest_on_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> Point {
-    let n = (b - a).cross(&(c - a));
-    let inside = |u: &Point, v: &Point| (v - u).cross(&(p - u)).dot(&n) >= 0.0;
-    if inside(a, b) && inside(b, c) && inside(c, a) {
-        return p - n * ((p - a).dot(&n) / n.norm_squared());
-    }
-    [[*a, *b], [*b, *c], [*c, *a]]
-        .iter()
-        .map(|e| nearest_on_segment(p, e).0)
-        .min_by(|x, y| (x - p).norm_squared().total_cmp(&(y - p).norm_squared()))
-        .unwrap_or(*a)
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod edit;
 pub mod generate;
 mod ids;
 pub mod io;
+pub mod nearest;
 mod planar;
 pub mod predicates;
 pub mod quality;
