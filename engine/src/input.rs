@@ -189,7 +189,7 @@ pub(crate) fn initial_values(
 ) -> Result<Vec<f64>, EngineError> {
     let fail = |message: String| source.error("initial", 0, key, message);
     match field {
-        InitialField::Formula(components) => {
+        InitialField::Here(components) => {
             let components = components.in_space();
             let values: Vec<f64> = rest_positions
                 .iter()
@@ -206,37 +206,47 @@ pub(crate) fn initial_values(
                 }
             }
         }
-        InitialField::File { file, array } => {
-            let data = io::read_mesh(source.resolve(file)).map_err(EngineError::Read)?;
-            let Some(found) = data.point_arrays.get(array) else {
-                let known: Vec<String> = data.point_arrays.keys().map(|k| format!("\"{k}\"")).collect();
-                let known = known.join(", ");
-                return Err(fail(format!(
-                    "{} has no point array \"{array}\"; it has {known}",
-                    file.display()
-                )));
-            };
-            let (rows, columns) = (found.values.len() / found.components.max(1), found.components);
-            if !(dimension..=3).contains(&columns) || rows != rest_positions.len() {
-                let wanted = if dimension == 2 { "2 or 3" } else { "3" };
-                return Err(fail(format!(
-                    "array \"{array}\" has {rows} rows of {columns}; {} rows of {wanted} are needed",
-                    rest_positions.len()
-                )));
-            }
-            if let Some(i) = (0..rows).find(|&i| dimension == 2 && columns == 3 && found.row(i)[2] != 0.0) {
-                return Err(fail(format!(
-                    "array \"{array}\" leaves the plane of the mesh at point {i} (from zero); its third component must be 0"
-                )));
-            }
-            let third = |row: &[f64]| [row[0], row[1], row.get(2).copied().unwrap_or(0.0)];
-            match found.values.iter().position(|v| !v.is_finite()) {
-                None => Ok((0..rows).flat_map(|i| third(found.row(i))).collect()),
-                Some(i) => Err(fail(format!(
-                    "array \"{array}\" is not finite at point {} (from zero)",
-                    i / columns
-                ))),
-            }
-        }
+        InitialField::File { file, array } => point_array(source, file, array, rest_positions.len(), dimension, fail),
+    }
+}
+
+/// The vectors in a point array of a file, flat (3 a point; in two dimensions the third is 0); `fail` makes an error of what is
+/// wrong with them.
+pub(crate) fn point_array(
+    source: &Source,
+    file: &Path,
+    array: &str,
+    points: usize,
+    dimension: usize,
+    fail: impl Fn(String) -> EngineError,
+) -> Result<Vec<f64>, EngineError> {
+    let data = io::read_mesh(source.resolve(file)).map_err(EngineError::Read)?;
+    let Some(found) = data.point_arrays.get(array) else {
+        let known: Vec<String> = data.point_arrays.keys().map(|k| format!("\"{k}\"")).collect();
+        let known = known.join(", ");
+        return Err(fail(format!(
+            "{} has no point array \"{array}\"; it has {known}",
+            file.display()
+        )));
+    };
+    let (rows, columns) = (found.values.len() / found.components.max(1), found.components);
+    if !(dimension..=3).contains(&columns) || rows != points {
+        let wanted = if dimension == 2 { "2 or 3" } else { "3" };
+        return Err(fail(format!(
+            "array \"{array}\" has {rows} rows of {columns}; {points} rows of {wanted} are needed"
+        )));
+    }
+    if let Some(i) = (0..rows).find(|&i| dimension == 2 && columns == 3 && found.row(i)[2] != 0.0) {
+        return Err(fail(format!(
+            "array \"{array}\" leaves the plane of the mesh at point {i} (from zero); its third component must be 0"
+        )));
+    }
+    let third = |row: &[f64]| [row[0], row[1], row.get(2).copied().unwrap_or(0.0)];
+    match found.values.iter().position(|v| !v.is_finite()) {
+        None => Ok((0..rows).flat_map(|i| third(found.row(i))).collect()),
+        Some(i) => Err(fail(format!(
+            "array \"{array}\" is not finite at point {} (from zero)",
+            i / columns
+        ))),
     }
 }

@@ -1,9 +1,11 @@
 //! Loads.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::{AddAssign, Div};
 
 use kerfem_fem::{Assembler, load};
 use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, SimplexMesh, VertexId};
+use nalgebra::Vector3;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +25,8 @@ enum Place {
     },
     /// The share of the total force that each vertex takes; they add up to one.
     Vertices(BTreeMap<VertexId, f64>),
+    /// The force (N) on each vertex.
+    Nodal(BTreeMap<VertexId, Vector3<f64>>),
 }
 
 /// What acts there.
@@ -31,6 +35,8 @@ enum Action {
     /// Acceleration (m/s²), traction (Pa) or total force (N).
     Vector([Expression; 3]),
     Pressure(Expression),
+    /// The forces of the vertices themselves.
+    Nodal,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -114,11 +120,12 @@ impl Loads {
             Place::Body => (mesh.num_cells(), "cells"),
             Place::Facets { sides, .. } => (sides.len(), "facets"),
             Place::Vertices(shares) => (shares.len(), "vertices"),
+            Place::Nodal(forces) => (forces.len(), "vertices"),
         };
         self.loads.iter().map(count).collect()
     }
 
-    /// Replaces the vector of a load: gravity (m/s²), traction (Pa) or total force (N); false for a pressure or no load.
+    /// Replaces the vector of a load: gravity (m/s²), traction (Pa) or total force (N); false for another load or none.
     pub(crate) fn set_vector(&mut self, index: usize, vector: [f64; 3]) -> bool {
         match self.loads.get_mut(index).map(|l| &mut l.action) {
             Some(Action::Vector(own)) => {
@@ -161,6 +168,7 @@ impl Loads {
                 Place::Body => {}
                 Place::Facets { labels, sides } => follow_facets(labels, sides, mesh, change),
                 Place::Vertices(shares) => follow_vertices(shares, mesh, change),
+                Place::Nodal(forces) => follow_vertices(forces, mesh, change),
             }
         }
     }
@@ -188,6 +196,12 @@ impl Load {
                 action: vector(force),
             });
         }
+        if let Some(nodal) = &spec.nodal {
+            return Ok(Load {
+                place: Place::Nodal(select.nodal(nodal, spec)?),
+                action: Action::Nodal,
+            });
+        }
         let labels = select.facets(spec)?;
         let mesh = &select.input.mesh;
         let sides = mesh.boundary_facets().filter(|s| carries(mesh, *s, &labels)).collect();
@@ -206,6 +220,7 @@ impl Load {
         match &self.action {
             Action::Vector(v) => v,
             Action::Pressure(p) => std::slice::from_ref(p),
+            Action::Nodal => &[],
         }
     }
 
@@ -241,7 +256,14 @@ impl Load {
                     }
                 }
             }
-            (Place::Body | Place::Vertices(_), Action::Pressure(_)) => {}
+            (Place::Nodal(forces), _) => {
+                for (v, force) in forces {
+                    for axis in 0..3 {
+                        f[3 * v.index() + axis] += force[axis];
+                    }
+                }
+            }
+            (Place::Body | Place::Vertices(_), Action::Pressure(_)) | (_, Action::Nodal) => {}
         }
     }
 }
@@ -269,15 +291,16 @@ fn follow_facets<const N: usize>(
     }
 }
 
-fn follow_vertices<const N: usize>(
-    shares: &mut BTreeMap<VertexId, f64>,
+/// A vertex that is doubled shares what acts on it equally with its copies, one that is merged passes it on.
+fn follow_vertices<T: Copy + Default + AddAssign + Div<f64, Output = T>, const N: usize>(
+    acting: &mut BTreeMap<VertexId, T>,
     mesh: &SimplexMesh<N>,
     change: &MeshChange<N>,
 ) {
     let copies = Copies::of(change);
     let mut copies_of: BTreeMap<VertexId, Vec<VertexId>> = BTreeMap::new();
     for v in &change.vertices_added {
-        if let Some(original) = copies.original(v).filter(|o| shares.contains_key(o)) {
+        if let Some(original) = copies.original(v).filter(|o| acting.contains_key(o)) {
             copies_of.entry(original).or_default().push(v.id);
         }
     }
@@ -285,12 +308,12 @@ fn follow_vertices<const N: usize>(
         if mesh.has_vertex(original) {
             all.push(original);
         }
-        let share = shares.remove(&original).unwrap_or(0.0) / all.len() as f64;
-        shares.extend(all.into_iter().map(|v| (v, share)));
+        let share = acting.remove(&original).unwrap_or_default() / all.len() as f64;
+        acting.extend(all.into_iter().map(|v| (v, share)));
     }
     for v in &change.vertices_removed {
-        if let (Some(share), Some(target)) = (shares.remove(&v.id), v.merged_into) {
-            *shares.entry(target).or_default() += share;
+        if let (Some(share), Some(target)) = (acting.remove(&v.id), v.merged_into) {
+            *acting.entry(target).or_default() += share;
         }
     }
 }

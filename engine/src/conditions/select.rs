@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use kerfem_mesh::{FacetLabel, VertexId};
+use nalgebra::Vector3;
 
-use crate::input::MeshInput;
+use crate::input::{MeshInput, point_array};
 use crate::scene::source::Source;
-use crate::{Condition, EngineError, FixedSpec, LoadSpec};
+use crate::{Condition, EngineError, FixedSpec, LoadSpec, NodalForces};
 
 /// Resolves the selections of one section of a scene.
 pub(crate) struct Selector<'a, const N: usize> {
@@ -29,6 +30,39 @@ impl<const N: usize> Selector<'_, N> {
     /// Vertices that a nodal force acts on, one flag a vertex slot.
     pub(crate) fn force(&self, spec: &LoadSpec) -> Result<Vec<bool>, EngineError> {
         self.vertices(spec.r#where.as_ref(), spec.vertices.as_deref(), spec.group.as_deref())
+    }
+
+    /// Forces (N) given vertex by vertex; those of a file where they are not zero.
+    pub(crate) fn nodal(
+        &self,
+        forces: &NodalForces,
+        spec: &LoadSpec,
+    ) -> Result<BTreeMap<VertexId, Vector3<f64>>, EngineError> {
+        let mesh = &self.input.mesh;
+        let mut acting: BTreeMap<VertexId, Vector3<f64>> = BTreeMap::new();
+        match forces {
+            NodalForces::Here(list) => {
+                let vertices = spec.vertices.as_deref().unwrap_or_default();
+                self.flags(vertices, "vertices")?;
+                for (v, force) in vertices.iter().zip(list) {
+                    *acting.entry(VertexId(*v as u32)).or_default() += Vector3::from(force.in_space());
+                }
+            }
+            NodalForces::File { file, array } => {
+                let fail = |message| self.source.error(self.section, self.index, "nodal", message);
+                let values = point_array(self.source, file, array, mesh.vertex_slots(), N - 1, fail)?;
+                let all = values.as_chunks::<3>().0.iter().map(|f| Vector3::from(*f));
+                let numbered = all.enumerate().map(|(v, f)| (VertexId(v as u32), f));
+                acting.extend(numbered.filter(|(_, f)| *f != Vector3::zeros()));
+            }
+        }
+        match acting.keys().find(|v| mesh.cells_of_vertex(**v).is_empty()) {
+            Some(v) => self.fail(
+                "nodal",
+                format!("vertex {} belongs to no cell that could take a force", v.0),
+            ),
+            None => Ok(acting),
+        }
     }
 
     fn vertices(

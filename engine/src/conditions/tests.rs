@@ -1,5 +1,5 @@
 use kerfem_fem::{Assembler, Material};
-use kerfem_mesh::{CellId, Edit, FacetLabel, MeshChange, TetMesh, VertexId};
+use kerfem_mesh::{CellId, Edit, FacetLabel, MeshChange, RemovedVertex, TetMesh, VertexId};
 use nalgebra::Vector3;
 
 use super::{FixedDofs, Loads};
@@ -179,6 +179,42 @@ fn loads_keep_their_total_through_splits_and_copies() {
     only.force(mesh, &assembler(mesh), 0.0, &mut f).unwrap();
     let share = |v: VertexId| f[3 * v.index() + 2];
     assert_eq!((share(VertexId(2)), share(c), share(copy)), (3.5, 1.75, 1.75));
+}
+
+#[test]
+fn forces_one_by_one_are_shared_by_copies_and_passed_on() {
+    let (scene, mut input) = cube("[[load]]\nvertices = [1, 2, 13]\nnodal = [[0, 0, 6], [1, 2, 3], [0.5, 0, 0]]");
+    let mut loads = Loads::new(&scene, &input).unwrap();
+    let mesh = &mut input.mesh;
+    let before = total(&loads, mesh);
+    assert_eq!(before, Vector3::new(1.5, 2.0, 9.0));
+    let (doubled, alone) = (at(mesh, 0.5, 0.0, 0.0), at(mesh, 1.0, 0.0, 0.0));
+    let mut edit = Edit::new(mesh);
+    let copy = double(&mut edit, doubled);
+    let between = split(&mut edit, alone, copy);
+    let change = edit.commit();
+    loads.follow(mesh, &change);
+    let mut f = vec![0.0; 3 * mesh.vertex_slots()];
+    loads.force(mesh, &assembler(mesh), 0.0, &mut f).unwrap();
+    let of = |v: VertexId| Vector3::from_column_slice(&f[3 * v.index()..][..3]);
+    assert_eq!((of(doubled), of(copy)), (Vector3::z() * 3.0, Vector3::z() * 3.0));
+    assert_eq!(
+        (of(alone), of(between)),
+        (Vector3::new(1.0, 2.0, 3.0), Vector3::zeros())
+    );
+    assert_eq!(total(&loads, mesh), before);
+
+    // a vertex that is merged into another one leaves its force there
+    let merged = MeshChange {
+        vertices_removed: vec![RemovedVertex {
+            id: alone,
+            merged_into: Some(doubled),
+        }],
+        ..MeshChange::default()
+    };
+    loads.follow(mesh, &merged);
+    loads.force(mesh, &assembler(mesh), 0.0, &mut f).unwrap();
+    assert_eq!(f[3 * doubled.index()..][..3], [1.0, 2.0, 6.0]);
 }
 
 #[test]

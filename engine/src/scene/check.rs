@@ -2,7 +2,7 @@
 
 use kerfem_fem::Material;
 
-use super::{CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, Scene, Scheme};
+use super::{Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, NodalForces, Scene, Scheme};
 use crate::EngineError;
 
 pub(super) type Checked = Result<(), EngineError>;
@@ -261,6 +261,7 @@ impl Scene {
             ("traction", l.traction.is_some()),
             ("pressure", l.pressure.is_some()),
             ("force", l.force.is_some()),
+            ("nodal", l.nodal.is_some()),
         ];
         self.exactly_one("load", i, &kinds)?;
         let places = [
@@ -269,17 +270,19 @@ impl Scene {
             ("vertices", l.vertices.is_some()),
             ("group", l.group.is_some()),
         ];
-        if l.gravity.is_some() {
-            if let Some((key, _)) = places.iter().find(|(_, given)| *given) {
-                return self.fail(
-                    "load",
-                    i,
-                    key,
-                    "gravity acts on the whole body; no selection is accepted",
-                );
+        let given = places.iter().find(|(_, given)| *given);
+        match (&l.nodal, given) {
+            (Some(NodalForces::Here(forces)), _) => self.check_nodal(i, forces, l, &places)?,
+            (Some(NodalForces::File { .. }), Some((key, _))) => {
+                let message = "the array has a force for every vertex; no selection is accepted";
+                return self.fail("load", i, key, message);
             }
-        } else {
-            self.exactly_one("load", i, &places)?;
+            (None, Some((key, _))) if l.gravity.is_some() => {
+                let message = "gravity acts on the whole body; no selection is accepted";
+                return self.fail("load", i, key, message);
+            }
+            (None, _) if l.gravity.is_none() => self.exactly_one("load", i, &places)?,
+            _ => {}
         }
         if l.force.is_some() && l.facets.is_some() {
             return self.fail(
@@ -298,13 +301,30 @@ impl Scene {
         Ok(())
     }
 
+    /// Forces one by one need vertices one by one, and nothing else.
+    fn check_nodal(&self, i: usize, forces: &[Components<f64>], l: &LoadSpec, places: &[(&str, bool)]) -> Checked {
+        if let Some((key, _)) = places.iter().find(|(key, given)| *given && *key != "vertices") {
+            let message = "forces one by one act on vertices one by one; accepted: \"vertices\"";
+            return self.fail("load", i, key, message);
+        }
+        let vertices = l.vertices.as_ref().map_or(0, Vec::len);
+        if forces.is_empty() || forces.len() != vertices {
+            let message = format!(
+                "{} forces and {vertices} vertices are given; as many of each are needed, at least one",
+                forces.len()
+            );
+            return self.fail("load", i, "nodal", message);
+        }
+        forces.iter().try_for_each(|f| self.finite("load", i, "nodal", &f.0))
+    }
+
     fn check_initial(&self) -> Checked {
         let fields = [
             ("displacement", &self.initial.displacement),
             ("velocity", &self.initial.velocity),
         ];
         for (key, field) in fields {
-            if let Some(super::InitialField::Formula(all)) = field
+            if let Some(super::InitialField::Here(all)) = field
                 && let Some(e) = all.0.iter().find(|e| e.uses_time())
             {
                 let message = format!("\"{}\" depends on t; the state at the start is in x, y, z", e.text());

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{EngineError, Expression};
 use source::Source;
-pub use values::{Components, Condition, InitialField};
+pub use values::{Components, Condition, Field, InitialField, NodalForces};
 
 /// A scene as its file says it, checked as far as that is possible without the mesh.
 ///
@@ -296,7 +296,7 @@ pub struct FixedSpec {
     pub displacement: Option<Vec<Expression>>,
 }
 
-/// A load: exactly one of `gravity`, `traction`, `pressure`, `force`.
+/// A load: exactly one of `gravity`, `traction`, `pressure`, `force`, `nodal`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -310,11 +310,13 @@ pub struct LoadSpec {
     pub pressure: Option<Expression>,
     /// The total force (N), shared equally by vertices; expressions in `t`.
     pub force: Option<Components<Expression>>,
+    /// A force (N) for each of `vertices`, which add up where one is listed twice; or for all vertices, from a file.
+    pub nodal: Option<NodalForces>,
     /// Boundary facets whose vertices all satisfy this; for a force: vertices.
     pub r#where: Option<Condition>,
     /// Boundary facets by their vertices: three each, two for the edges of a planar mesh.
     pub facets: Option<Vec<Vec<usize>>>,
-    /// Boundary facets whose vertices are all listed; for a force: vertices.
+    /// Boundary facets whose vertices are all listed; for a force, or forces one by one: vertices.
     pub vertices: Option<Vec<usize>>,
     /// A named set of the mesh file, as vertices or facets.
     pub group: Option<String>,

@@ -1,7 +1,7 @@
 //! What a scene may say about z, once it is known whether its mesh lies in a plane.
 
 use super::check::Checked;
-use super::{Axis, Component, InitialField, Scene};
+use super::{Axis, Component, InitialField, NodalForces, Scene};
 use crate::Expression;
 
 const IN_PLANE: &str = "the mesh is planar: nothing moves along z";
@@ -25,17 +25,22 @@ impl Scene {
                     self.check_expressions("load", i, key, &vector.0, dimension)?;
                 }
             }
+            if let Some(NodalForces::Here(forces)) = &l.nodal {
+                for force in forces {
+                    self.check_in_plane("load", i, "nodal", &force.0, dimension)?;
+                }
+            }
         }
         for (key, field) in [
             ("displacement", &self.initial.displacement),
             ("velocity", &self.initial.velocity),
         ] {
-            if let Some(InitialField::Formula(vector)) = field {
+            if let Some(InitialField::Here(vector)) = field {
                 self.check_expressions("initial", 0, key, &vector.0, dimension)?;
             }
         }
         for (i, p) in self.probe.iter().enumerate() {
-            self.check_point("probe", i, &p.point.0, dimension)?;
+            self.check_in_plane("probe", i, "point", &p.point.0, dimension)?;
         }
         self.check_quantities_in(dimension)
     }
@@ -86,12 +91,12 @@ impl Scene {
         }
     }
 
-    fn check_point(&self, section: &str, i: usize, point: &[f64], dimension: usize) -> Checked {
-        match point.get(2) {
-            None if dimension == 3 => self.needs_three(section, i, "point", point.len()),
+    fn check_in_plane(&self, section: &str, i: usize, key: &str, vector: &[f64], dimension: usize) -> Checked {
+        match vector.get(2) {
+            None if dimension == 3 => self.needs_three(section, i, key, vector.len()),
             Some(z) if dimension == 2 && *z != 0.0 => {
                 let message = format!("z = {z:?} does not lie in the plane z = 0 of the mesh");
-                self.fail(section, i, "point", message)
+                self.fail(section, i, key, message)
             }
             _ => Ok(()),
         }
@@ -104,7 +109,7 @@ impl Scene {
     fn check_quantities_in(&self, dimension: usize) -> Checked {
         for (i, q) in self.quantity.iter().enumerate() {
             if let Some(point) = &q.point {
-                self.check_point("quantity", i, &point.0, dimension)?;
+                self.check_in_plane("quantity", i, "point", &point.0, dimension)?;
             }
             let along_z = [
                 ("mean", q.mean == Some(Component::Uz)),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 use serde_json::Value;
 
-use super::{Components, Condition, InitialField, Scene};
+use super::{Components, Condition, InitialField, NodalForces, Scene};
 use crate::Expression;
 use crate::expression::{BINARY, CONSTANTS, UNARY};
 
@@ -52,6 +52,11 @@ told_as!(
     InitialField,
     "InitialField",
     "3 expressions (2 in the plane), or `{ file = \"...\", array = \"...\" }`: a point array of a file"
+);
+told_as!(
+    NodalForces,
+    "NodalForces",
+    "list of 3 numbers (2 in the plane) each, or `{ file = \"...\", array = \"...\" }`: a point array of a file"
 );
 
 /// The page, from the schema of a scene.

@@ -8,7 +8,7 @@ use crate::EngineError;
 use crate::nearest::nearest;
 
 /// Names that the format knows and this version does not run.
-const NOT_YET: [&str; 11] = [
+const NOT_YET: [&str; 10] = [
     "newmark",
     "bdf2",
     "central-difference",
@@ -17,7 +17,6 @@ const NOT_YET: [&str; 11] = [
     "delaunay",
     "blade",
     "path",
-    "nodal",
     "KI",
     "jump",
 ];

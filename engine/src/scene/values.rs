@@ -1,6 +1,7 @@
 //! How the values of a scene are read: numbers or expressions, conditions, fields.
 
 use std::fmt;
+use std::marker::PhantomData;
 use std::path::PathBuf;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
@@ -93,11 +94,11 @@ impl Components<f64> {
     }
 }
 
-/// A vector field at the start: expressions in `x, y, z`, or a point array of a file.
+/// A nodal field: given in the scene, or the point array of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum InitialField {
-    /// One expression a component.
-    Formula(Components<Expression>),
+pub enum Field<T> {
+    /// Given in the scene.
+    Here(T),
     /// The array called `array` of the points of `file`, in the order of the mesh file.
     File {
         /// The file, relative to the scene.
@@ -107,9 +108,15 @@ pub enum InitialField {
     },
 }
 
-impl<'de> Deserialize<'de> for InitialField {
+/// A vector field at the start: expressions in `x, y, z`, or a point array of a file.
+pub type InitialField = Field<Components<Expression>>;
+
+/// Forces (N) on vertices: one for each vertex that is listed beside them, or a point array of a file.
+pub type NodalForces = Field<Vec<Components<f64>>>;
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Field<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(FieldVisitor)
+        deserializer.deserialize_any(FieldVisitor(PhantomData))
     }
 }
 
@@ -134,21 +141,21 @@ struct FileArray {
     array: String,
 }
 
-struct FieldVisitor;
+struct FieldVisitor<T>(PhantomData<T>);
 
-impl<'de> Visitor<'de> for FieldVisitor {
-    type Value = InitialField;
+impl<'de, T: Deserialize<'de>> Visitor<'de> for FieldVisitor<T> {
+    type Value = Field<T>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("numbers or expressions, or { file = \"...\", array = \"...\" }")
+        f.write_str("a list in brackets, or { file = \"...\", array = \"...\" }")
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<InitialField, A::Error> {
-        Components::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(InitialField::Formula)
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Field<T>, A::Error> {
+        T::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(Field::Here)
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<InitialField, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Field<T>, A::Error> {
         let FileArray { file, array } = FileArray::deserialize(de::value::MapAccessDeserializer::new(map))?;
-        Ok(InitialField::File { file, array })
+        Ok(Field::File { file, array })
     }
 }
