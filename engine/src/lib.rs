@@ -44,6 +44,7 @@ mod error;
 mod expression;
 pub mod geometry;
 mod input;
+mod jump;
 mod momentum;
 mod nearest;
 pub mod output;

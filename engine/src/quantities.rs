@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use kerfem_mesh::{Point, VertexId};
 
+use crate::jump::jump;
 use crate::probes::{interpolate, locate};
 use crate::{Axis, Component, QuantitySpec, Simulation};
 
@@ -38,6 +39,14 @@ impl<const N: usize> Simulation<N> {
             let u = interpolate(&self.mesh, cell, &weights, &self.state.u);
             let upwards = if N == 3 { Component::Uy } else { Component::Uz };
             return Some(u[q.component.unwrap_or(upwards) as usize]);
+        }
+        if let Some(spec) = &q.jump {
+            let (at, normal) = (Point::from(spec.at.in_space()), Point::from(spec.normal.in_space()));
+            let jump = jump(&self.mesh, &self.state.u, &at, &normal)?;
+            return Some(match q.component {
+                Some(component) => jump[component as usize],
+                None => jump.dot(&normal.normalize()),
+            });
         }
         if let Some(axis) = q.reaction {
             return self.reaction(axis, q);

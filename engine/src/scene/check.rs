@@ -415,6 +415,7 @@ impl Scene {
                 ("max", q.max.is_some()),
                 ("min", q.min.is_some()),
                 ("point", q.point.is_some()),
+                ("jump", q.jump.is_some()),
                 ("energy", q.energy.is_some()),
                 ("reaction", q.reaction.is_some()),
             ];
@@ -438,6 +439,14 @@ impl Scene {
             }
             if let Some(p) = &q.point {
                 self.finite("quantity", i, "point", &p.0)?;
+            }
+            if let Some(jump) = &q.jump {
+                self.finite("quantity", i, "jump", &jump.at.0)?;
+                self.finite("quantity", i, "jump", &jump.normal.0)?;
+                if jump.normal.0.iter().all(|n| *n == 0.0) {
+                    let message = "normal = 0 has no direction; a vector across the cut is needed";
+                    return self.fail("quantity", i, "jump", message);
+                }
             }
         }
         Ok(())

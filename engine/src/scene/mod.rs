@@ -496,7 +496,7 @@ pub struct ProbeSpec {
     pub point: Components<f64>,
 }
 
-/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `energy`, `reaction`.
+/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `jump`, `energy`, `reaction`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -511,7 +511,9 @@ pub struct QuantitySpec {
     pub min: Option<Component>,
     /// Value of `component` at a rest position (m).
     pub point: Option<Components<f64>>,
-    /// The component for `point` (default "uz", planar "uy").
+    /// How far a cut has opened along a normal (m), or along `component`; no value where there is no cut.
+    pub jump: Option<JumpSpec>,
+    /// The component for `point` (default "uz", planar "uy") and for `jump` (default along its normal).
     pub component: Option<Component>,
     /// The elastic energy (J).
     pub energy: Option<bool>,
@@ -519,6 +521,17 @@ pub struct QuantitySpec {
     pub reaction: Option<Axis>,
     /// Where it is taken.
     pub r#where: Option<Condition>,
+}
+
+/// Where the displacement jumps: its value on the lip of a cut on the side of `normal` less that on the other lip.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct JumpSpec {
+    /// Rest position (m); the nearest points of both lips are taken, at most as far away as their facets are large.
+    pub at: Components<f64>,
+    /// Across the cut, of any length; lips face along it within 60 degrees.
+    pub normal: Components<f64>,
 }
 
 /// A component of the displacement.

@@ -111,6 +111,10 @@ impl Scene {
             if let Some(point) = &q.point {
                 self.check_in_plane("quantity", i, "point", &point.0, dimension)?;
             }
+            if let Some(jump) = &q.jump {
+                self.check_in_plane("quantity", i, "jump", &jump.at.0, dimension)?;
+                self.check_in_plane("quantity", i, "jump", &jump.normal.0, dimension)?;
+            }
             let along_z = [
                 ("mean", q.mean == Some(Component::Uz)),
                 ("max", q.max == Some(Component::Uz)),

@@ -18,7 +18,6 @@ const NOT_YET: [&str; 10] = [
     "blade",
     "path",
     "KI",
-    "jump",
 ];
 
 /// The text of a scene and the file it came from.

@@ -4,6 +4,7 @@ mod cuts;
 mod damping;
 mod dynamics;
 mod files;
+mod jump;
 mod nodal_loads;
 mod planar;
 mod planar_cuts;
