@@ -208,6 +208,19 @@ impl Sweep {
         self.pieces.is_empty()
     }
 
+    /// The box around the sweep (m); around nothing for an empty one.
+    pub fn bounds(&self) -> Aabb {
+        let corners = self.pieces.iter().flat_map(|p| p.triangles.iter().flatten());
+        // the height of ribbons means nothing
+        let flat = |p: &Point| if self.planar { Point::new(p.x, p.y, 0.0) } else { *p };
+        Aabb::around(corners.map(flat))
+    }
+
+    /// How many pieces it is made of.
+    pub fn num_pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// Distance from a point to the sweep (m); infinite for an empty sweep.
     pub fn distance(&self, p: &Point) -> f64 {
         self.pieces

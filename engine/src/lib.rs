@@ -55,6 +55,7 @@ pub mod report;
 pub mod run;
 mod save;
 mod scene;
+mod selections;
 mod simulation;
 mod state;
 mod supports;

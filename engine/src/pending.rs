@@ -10,6 +10,8 @@ use crate::{EngineError, Frame, MethodName, Scene};
 /// A cut to be made at a time.
 #[derive(Debug)]
 pub(crate) struct PendingCut {
+    /// Its number in the scene.
+    pub(crate) index: usize,
     pub(crate) at: f64,
     pub(crate) frame: Frame,
     pub(crate) sweep: Sweep,
@@ -57,6 +59,7 @@ pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Resul
             MethodName::Hybrid => Method::Hybrid,
         };
         cuts.push(PendingCut {
+            index: i,
             at: spec.at,
             frame: spec.frame,
             sweep,
@@ -92,16 +95,18 @@ pub(crate) fn sweep_for<const N: usize>(data: SweepData) -> Result<(Sweep, Vec<S
     }
 }
 
+/// The name of a method in scenes.
+pub(crate) fn method_name(method: Method) -> &'static str {
+    let named = Method::NAMES.iter().find(|(_, m)| *m == method);
+    named.map_or("", |(name, _)| name)
+}
+
 /// What the cutting crate has to say about a cut; the rest is filled in by the simulation.
 pub(crate) fn record<const N: usize>(time: f64, method: Method, outcome: &CutOutcome<N>) -> CutRecord {
     let (change, report) = (&outcome.change, &outcome.report);
-    let name = Method::NAMES
-        .iter()
-        .find(|(_, m)| *m == method)
-        .map_or("", |(name, _)| name);
     CutRecord {
         at: time,
-        method: name.into(),
+        method: method_name(method).into(),
         seconds: CutSeconds {
             find: report.find_seconds,
             remesh: report.remesh_seconds,

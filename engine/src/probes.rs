@@ -83,6 +83,11 @@ impl<const N: usize> Probes<N> {
         self.probes.iter().map(|p| p.name.as_str())
     }
 
+    /// Name, rest position and cell of each probe.
+    pub(crate) fn places(&self) -> impl Iterator<Item = (&str, &Point, Option<CellId>)> {
+        self.probes.iter().map(|p| (p.name.as_str(), &p.rest, p.cell))
+    }
+
     /// Three displacements (m) a probe; NaN where its cell was removed.
     pub(crate) fn values<'a>(&'a self, mesh: &'a SimplexMesh<N>, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.probes.iter().flat_map(move |p| {

@@ -452,16 +452,6 @@ impl<const N: usize> Simulation<N> {
         &self.warnings
     }
 
-    /// One line for each `[[fixed]]` and `[[load]]`: how much it acts on now.
-    pub fn selections(&self) -> Vec<String> {
-        let fixed = self.fixed.counts(&self.mesh).into_iter().enumerate();
-        let fixed = fixed.map(|(i, n)| format!("fixed[{i}] holds {n} vertices"));
-        let loads = self.loads.counts(&self.mesh).into_iter().enumerate();
-        fixed
-            .chain(loads.map(|(i, (n, what))| format!("load[{i}] acts on {n} {what}")))
-            .collect()
-    }
-
     /// Replaces the displacement (m) that the `[[fixed]]` number `index` (from zero) prescribes; false if there is none, or
     /// it is not finite or leaves the plane of a planar body.
     pub fn set_fixed(&mut self, index: usize, displacement: [f64; 3]) -> bool {

@@ -28,6 +28,11 @@ fn the_first_cut_runs_as_the_book_says() {
             "kerfem {line}: {}",
             String::from_utf8_lossy(&output.stderr)
         );
+        if line.starts_with("check") {
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            let missing = block(page, "text").lines().find(|l| !said.lines().any(|s| s == *l));
+            assert_eq!(missing, None, "{said}");
+        }
         ran += 1;
     }
     assert_eq!(ran, 2);

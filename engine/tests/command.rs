@@ -157,18 +157,34 @@ fn exit_codes_tell_what_happened() {
 
 #[test]
 fn check_quality_and_cut_print_what_they_find() {
-    let folder = folder_with(SCENE);
+    let more = "[[region]]\nwhere = 'z > 0.5'\nyoung = 2e5\n[[load]]\nwhere = 'x > 1.999'\ntraction = [0, 0, '-100*t']\n\
+        [[load]]\nvertices = [4, 9]\nforce = [0, 3, 0]\n[[load]]\nvertices = [4]\nnodal = [[1, 2, 3]]\n\
+        [initial]\nvelocity = ['y', 0, 0]\n[[probe]]\nname = 'tip'\npoint = [2, 0.5, 0.5]\n";
+    let folder = folder_with(&format!("{SCENE}{more}"));
     let output = kerfem(folder.path(), &["check", "scene.toml"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     for line in [
         "vertices 45",
         "cells 96",
-        "fixed[0] holds 9 vertices",
-        "load[0] acts on 96 cells",
+        "region[0] has 48 cells of 1 m3, in [0, 0, 0.5] .. [2, 1, 1]",
+        "fixed[0] holds 9 vertices, xyz, in [0, 0, 0] .. [0, 1, 1]",
+        "load[0] (gravity) acts on 96 cells of 2 m3, in [0, 0, 0] .. [2, 1, 1]: [0, 0, -19620] N in all",
+        "load[1] (traction) acts on 8 facets of 1 m2, in [2, 0, 0] .. [2, 1, 1]: [0, 0, 0] N in all at t = 0 s, [0, 0, -5.5] N \
+         at t = 0.055 s",
+        "load[2] (force) acts on 2 vertices, in [2, 0, 0] .. [2, 0.5, 0]: [0, 3, 0] N in all",
+        "load[3] (nodal) acts on 1 vertex, in [2, 0, 0] .. [2, 0, 0]: [1, 2, 3] N in all",
+        "initial velocity is in [0, 0, 0] .. [1, 0, 0] m/s",
+        "cut[0] at 0.02 s by hybrid with blade.obj, 1 piece in [1.06, -5, 0.51] .. [1.13, 5, 5] (deformed frame): its box meets \
+         12 of 96 cells at the start",
     ] {
         assert!(text.lines().any(|l| l == line), "{line}: {text}");
     }
+    assert!(
+        text.lines()
+            .any(|l| l.starts_with("probe tip at [2, 0.5, 0.5] lies in cell ")),
+        "{text}"
+    );
     assert!(!folder.path().join("out").exists());
 
     assert_eq!(

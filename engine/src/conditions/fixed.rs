@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
+use crate::selections::Extent;
 use crate::{Condition, EngineError, Expression, Scene};
 
 /// No set prescribes this component.
@@ -128,10 +129,14 @@ impl<const N: usize> FixedDofs<N> {
         &self.mask
     }
 
-    /// Number of vertices of each set, in the order of the scene.
-    pub(crate) fn counts(&self, mesh: &SimplexMesh<N>) -> Vec<usize> {
-        let count = |s: &FixedSet| mesh.vertex_ids().filter(|v| s.members[v.index()]).count();
-        self.sets.iter().map(count).collect()
+    /// What each set holds, and along which axes, in the order of the scene.
+    pub(crate) fn selected(&self, mesh: &SimplexMesh<N>) -> Vec<(Extent, String)> {
+        let extent = |s: &FixedSet| {
+            let members = mesh.vertex_ids().filter(|v| s.members[v.index()]);
+            Extent::of_vertices(mesh, members)
+        };
+        let letters = |s: &FixedSet| (0..3).filter(|&k| s.axes[k]).map(|k| ['x', 'y', 'z'][k]).collect();
+        self.sets.iter().map(|s| (extent(s), letters(s))).collect()
     }
 
     /// Whether a component of a vertex is prescribed.

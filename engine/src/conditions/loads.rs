@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
+use crate::selections::{Extent, Selected};
 use crate::{Components, EngineError, Expression, LoadSpec, Scene};
 
 /// What a load acts on.
@@ -91,7 +92,7 @@ impl Loads {
 
     /// Whether any load varies with time.
     pub(crate) fn uses_time(&self) -> bool {
-        self.loads.iter().any(|l| l.expressions().iter().any(|e| e.uses_time()))
+        self.loads.iter().any(Load::uses_time)
     }
 
     /// Whether the total force is the same however the facets it acts on are divided.
@@ -114,15 +115,37 @@ impl Loads {
             .fold(0, |bits, (i, l)| bits | u64::from(acts(l)) << i)
     }
 
-    /// How many of what each load acts on, in the order of the scene.
-    pub(crate) fn counts<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<(usize, &'static str)> {
-        let count = |l: &Load| match &l.place {
-            Place::Body => (mesh.num_cells(), "cells"),
-            Place::Facets { sides, .. } => (sides.len(), "facets"),
-            Place::Vertices(shares) => (shares.len(), "vertices"),
-            Place::Nodal(forces) => (forces.len(), "vertices"),
+    /// What each load acts on, in the order of the scene.
+    pub(crate) fn selected<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<Selected> {
+        let thickness = self.thickness;
+        let selected = |l: &Load| {
+            let (key, extent) = match (&l.place, &l.action) {
+                (Place::Body, _) => ("gravity", Extent::of_cells(mesh, mesh.cell_ids(), thickness)),
+                (Place::Facets { sides, .. }, action) => {
+                    let pushes = matches!(action, Action::Pressure(_));
+                    let key = if pushes { "pressure" } else { "traction" };
+                    (key, Extent::of_facets(mesh, sides.iter().copied(), thickness))
+                }
+                (Place::Vertices(shares), _) => ("force", Extent::of_vertices(mesh, shares.keys().copied())),
+                (Place::Nodal(forces), _) => ("nodal", Extent::of_vertices(mesh, forces.keys().copied())),
+            };
+            let uses_time = l.uses_time();
+            Selected { extent, key, uses_time }
         };
-        self.loads.iter().map(count).collect()
+        self.loads.iter().map(selected).collect()
+    }
+
+    /// The sum (N) of one load at time `t`.
+    pub(crate) fn total<const N: usize>(
+        &self,
+        index: usize,
+        mesh: &SimplexMesh<N>,
+        assembler: &Assembler<N>,
+        t: f64,
+    ) -> Vector3<f64> {
+        let mut f = vec![0.0; 3 * mesh.vertex_slots()];
+        self.loads[index].add(mesh, assembler, self.thickness, t, &mut f);
+        f.as_chunks::<3>().0.iter().map(|f| Vector3::from(*f)).sum()
     }
 
     /// Replaces the vector of a load: gravity (m/s²), traction (Pa) or total force (N); false for another load or none.
@@ -214,6 +237,10 @@ impl Load {
             place: Place::Facets { labels, sides },
             action,
         })
+    }
+
+    fn uses_time(&self) -> bool {
+        self.expressions().iter().any(|e| e.uses_time())
     }
 
     fn expressions(&self) -> &[Expression] {

@@ -23,7 +23,14 @@ fn sets_and_initial_fields_come_from_arrays_of_the_mesh_file() {
         displacement = { file = 'mesh.vtu', array = 'u0' }\n[time]\nscheme = 'evaluate'\n";
     let path = folder.path().join("scene.toml");
     let s = Simulation::new(Scene::parse(text, &path).unwrap()).unwrap();
-    assert_eq!(s.selections(), ["fixed[0] holds 4 vertices"]);
+    assert_eq!(
+        s.selections(),
+        [
+            "region[0] has 6 cells of 1 m3, in [0, 0, 0] .. [1, 1, 1]",
+            "fixed[0] holds 4 vertices, xyz, in [0, 0, 0] .. [0, 1, 1]",
+            "initial displacement is in [0, 0, -0.4] .. [0.2, 0, 0] m"
+        ]
+    );
     assert_eq!(nodal(s.u(), 2), nalgebra::Vector3::new(0.2, 0.0, -0.4));
     assert!((s.mesh_figures().mass_kg - 4.0).abs() < 1e-12);
 

@@ -118,7 +118,10 @@ fn a_pressure_acts_along_the_inward_normal_of_edges() {
     assert!((s.quantities()["up"].unwrap() - 10.0 * 2.0 * 0.3).abs() < 1e-6);
     assert_eq!(
         s.selections(),
-        ["fixed[0] holds 5 vertices", "load[0] acts on 4 facets"]
+        [
+            "fixed[0] holds 5 vertices, xy, in [0, 0] .. [2, 0]",
+            "load[0] (pressure) acts on 4 facets of 0.6 m2, in [0, 1] .. [2, 1]: [0, -6] N in all"
+        ]
     );
 }
 
@@ -308,7 +311,12 @@ fn a_file_of_triangles_brings_sets_and_fields() {
     let s = Simulation::planar(Scene::parse(text, &path).unwrap()).unwrap();
     assert_eq!(
         s.selections(),
-        ["fixed[0] holds 3 vertices", "load[0] acts on 2 facets"]
+        [
+            "region[0] has 8 cells of 1 m3, in [0, 0] .. [2, 0.5]",
+            "fixed[0] holds 3 vertices, xy, in [0, 0] .. [0, 1]",
+            "load[0] (traction) acts on 2 facets of 1 m2, in [2, 0] .. [2, 1]: [1, 0] N in all",
+            "initial displacement is in [0, -0.2] .. [0.2, 0] m"
+        ]
     );
     assert_eq!(nodal(s.u(), 14), nalgebra::Vector3::new(0.2, -0.2, 0.0));
     assert!((s.mesh_figures().mass_kg - 4.0).abs() < 1e-12);
