@@ -8,7 +8,7 @@ use crate::EngineError;
 use crate::nearest::nearest;
 
 /// Names that the format knows and this version does not run.
-const NOT_YET: [&str; 10] = [
+const NOT_YET: [&str; 9] = [
     "newmark",
     "bdf2",
     "central-difference",

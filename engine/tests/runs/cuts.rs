@@ -149,7 +149,11 @@ fn probes_follow_their_side_of_a_cut() {
     let surface = "v 1.07 -5 -5\nv 1.07 5 -5\nv 1.07 5 5\nv 1.07 -5 5\nf 1 2 3\nf 1 3 4\n";
     std::fs::write(folder.path().join("blade.obj"), surface).unwrap();
     let cut = "[[cut]]\nat = 0.05\nsweep = 'blade.obj'\nframe = 'rest'\n";
-    let text = box_scene([2.0, 1.0, 1.0], [6, 3, 3], &format!("{MOVING}{probe}{cut}"));
+    let point = |name: &str, c: &str| {
+        format!("[[quantity]]\nname = '{name}.{c}'\npoint = [1.45, 0.41, 0.52]\ncomponent = 'u{c}'\n")
+    };
+    let points = ["x", "y", "z"].map(|c| point("far", c)).concat();
+    let text = box_scene([2.0, 1.0, 1.0], [6, 3, 3], &format!("{MOVING}{probe}{points}{cut}"));
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
     let scene = kerfem_engine::Scene::read(&path).unwrap();
@@ -171,6 +175,10 @@ fn probes_follow_their_side_of_a_cut() {
     let mut lines = table.lines();
     let column = |name: &str, lines: &str| lines.split(',').position(|c| c == name).unwrap();
     let head = lines.next().unwrap();
+    assert!(
+        head.ends_with(",write_s,probe.near.x,probe.near.y,probe.near.z,probe.far.x,probe.far.y,probe.far.z"),
+        "{head}"
+    );
     let (near, far) = (column("probe.near.z", head), column("probe.far.z", head));
     let rows: Vec<Vec<f64>> = lines
         .map(|l| l.split(',').map(|x| x.parse().unwrap()).collect())
@@ -180,6 +188,11 @@ fn probes_follow_their_side_of_a_cut() {
     assert!(last[far] < last[near] - 0.2, "{} {}", last[near], last[far]);
     let report: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(options.folder.join("report.json")).unwrap()).unwrap();
+    for c in ["x", "y", "z"] {
+        let quantity = report["quantities"][format!("far.{c}")].as_f64().unwrap();
+        let followed = last[column(&format!("probe.far.{c}"), head)];
+        assert!((quantity - followed).abs() < 1e-12, "{c}: {quantity} {followed}");
+    }
     assert_eq!(report["cuts"][0]["pieces_after"], 2);
     assert_eq!(report["verify"]["invariants"], "ok");
     assert_eq!(report["mesh"]["final"]["pieces"], 2);

@@ -184,3 +184,67 @@ fn a_sweep_of_the_other_kind_is_refused() {
         "{text}"
     );
 }
+
+#[test]
+fn probes_follow_their_side_of_a_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cut.obj"), "v 1.05 -1 0\nv 1.12 2 0\nl 1 2\n").unwrap();
+    let point = |name: &str, x: f64| {
+        format!(
+            "[[probe]]\nname = '{name}'\npoint = [{x}, 0.45]\n[[quantity]]\nname = '{name}'\npoint = [{x}, 0.45]\n\
+             component = 'uy'\n"
+        )
+    };
+    // both lie in cells that the cut divides
+    let text = format!(
+        "{MOVING}[[cut]]\nat = 0.05\nsweep = 'cut.obj'\nframe = 'rest'\n{}{}",
+        point("near", 1.04),
+        point("far", 1.13)
+    );
+    let scene = Scene::parse(&text, folder.path().join("test.toml")).unwrap();
+    let options = kerfem_engine::run::RunOptions {
+        folder: folder.path().join("out"),
+        verify: true,
+        until: Some(0.3),
+        ..Default::default()
+    };
+    kerfem_engine::run::run(scene, &options, |_| true).unwrap();
+    let table = std::fs::read_to_string(options.folder.join("steps.csv")).unwrap();
+    let head: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    assert_eq!(
+        head[16..],
+        [
+            "probe.near.x",
+            "probe.near.y",
+            "probe.near.z",
+            "probe.far.x",
+            "probe.far.y",
+            "probe.far.z"
+        ]
+    );
+    let last: Vec<f64> = table
+        .lines()
+        .last()
+        .unwrap()
+        .split(',')
+        .map(|x| x.parse().unwrap())
+        .collect();
+    let report = std::fs::read_to_string(options.folder.join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    for (name, column) in [("near", 17), ("far", 20)] {
+        let quantity = report["quantities"][name].as_f64().unwrap();
+        assert!(
+            (last[column] - quantity).abs() < 1e-12,
+            "{name}: {} {quantity}",
+            last[column]
+        );
+        assert_eq!(last[column + 1], 0.0);
+    }
+    assert!(
+        (last[20] - last[17]).abs() > 0.01,
+        "on two pieces: {} {}",
+        last[20],
+        last[17]
+    );
+    assert_eq!(report["verify"]["invariants"], "ok");
+}

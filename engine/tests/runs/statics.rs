@@ -1,5 +1,8 @@
 //! Equilibrium.
 
+use kerfem_engine::run::{Ending, RunOptions, run};
+use kerfem_engine::{Scene, Simulation};
+
 use super::{box_scene, nodal, simulation};
 
 const CLAMP_AND_PULL: &str = "[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\nwhere = 'x > 3.999'\ntraction = [0, 0, -1]\n\
@@ -153,4 +156,62 @@ fn a_cylinder_that_is_pulled_has_the_uniform_state() {
     assert!((pull / (3.0 * 500.0 / 1e5) - 1.0).abs() < 1e-7, "{pull}");
     let area = 9.0 * (std::f64::consts::PI / 9.0).sin() * 0.25;
     assert!((s.mesh_figures().volume_m3 / (3.0 * area) - 1.0).abs() < 1e-12);
+}
+
+/// Every kind of load on a held beam, whose sum is (30, -120, 260) N and the weight of 2 m3 of it.
+const ALL_LOADS: &str = "[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\nwhere = 'x > 1.999'\ntraction = [10, -100, 200]\n\
+    [[load]]\nwhere = 'z < 1e-9'\npressure = 50\n[[load]]\nwhere = 'x > 1.999'\nforce = [19, -30, -40]\n\
+    [[load]]\nvertices = [4, 9]\nnodal = [[0, 4, 0], [1, 6, 0]]\n[[load]]\ngravity = [0, 0.5, -1]\n\
+    [[quantity]]\nname = 'x'\nreaction = 'x'\nwhere = 'x < 1e-9'\n[[quantity]]\nname = 'y'\nreaction = 'y'\n\
+    where = 'x < 0.5'\n[[quantity]]\nname = 'z'\nreaction = 'z'\nwhere = 'x < 1e-9'\n\
+    [[quantity]]\nname = 'free'\nreaction = 'z'\nwhere = 'x > 1.9'\n[solver]\ntolerance = 1e-13\n";
+
+fn check_balance(s: &Simulation, what: &str) {
+    let q = s.quantities();
+    let total = [30.0, -120.0 + 2000.0 * 0.5, 260.0 - 2000.0];
+    for (name, load) in ["x", "y", "z"].into_iter().zip(total) {
+        let held = q[name].unwrap();
+        println!("{what}: the supports hold {held} N along {name} against {load} N");
+        assert!((held + load).abs() < 1e-9 * 1740.0, "{what} {name}: {held} {load}");
+    }
+    assert_eq!(q["free"], None, "nothing is held there");
+}
+
+#[test]
+fn reactions_balance_all_loads_at_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    for model in ["linear", "corotated"] {
+        let text = box_scene(
+            [2.0, 1.0, 1.0],
+            [4, 2, 2],
+            &format!("{ALL_LOADS}[model]\nkind = '{model}'\n"),
+        );
+        let mut s = simulation(&text);
+        assert_eq!(s.quantities()["z"], None, "nothing was solved for yet");
+        assert!(s.step(0.0).unwrap().converged);
+        check_balance(&s, model);
+
+        // the body at rest in that state exerts the same, whatever the scheme
+        let options = RunOptions {
+            folder: folder.path().join("out"),
+            ..RunOptions::default()
+        };
+        assert_eq!(
+            run(Scene::parse(&text, "test.toml").unwrap(), &options, |_| true).unwrap(),
+            Ending::Done
+        );
+        for scheme in ["backward-euler", "midpoint"] {
+            let rest = format!(
+                "{text}[initial]\ndisplacement = {{ file = 'out/final.vtu', array = 'displacement' }}\n[time]\n\
+                 scheme = '{scheme}'\ndt = 0.01\nend = 1\n"
+            );
+            let rest = rest.replace(
+                "density = 1000",
+                "density = 1000\ndamping = { mass = 1, stiffness = 0.01 }",
+            );
+            let mut s = Simulation::new(Scene::parse(&rest, folder.path().join("rest.toml")).unwrap()).unwrap();
+            (0..3).for_each(|_| assert!(s.step(0.01).unwrap().converged));
+            check_balance(&s, &format!("{model} {scheme}"));
+        }
+    }
 }
