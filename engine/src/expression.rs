@@ -97,7 +97,10 @@ pub struct Expression {
 enum Body {
     /// A number by itself; making one allocates nothing.
     Constant(f64),
-    Formula { text: String, program: Vec<Op> },
+    Formula {
+        text: String,
+        program: Vec<Op>,
+    },
 }
 
 impl fmt::Debug for Expression {

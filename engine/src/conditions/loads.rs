@@ -84,9 +84,14 @@ impl Loads {
             Place::Body => matches!(l.action, Action::Vector(_)),
             Place::Facets { labels, sides } => {
                 let carried = mesh.boundary_facets().filter(|s| carries(mesh, *s, labels));
-                labels.len() == mesh.original_facets().len() && carried.eq(sides.iter().copied())
+                !matches!(l.action, Action::Nodal)
+                    && labels.len() == mesh.original_facets().len()
+                    && carried.eq(sides.iter().copied())
             }
-            Place::Vertices(shares) => shares.keys().all(|v| mesh.has_vertex(*v)),
+            Place::Vertices(shares) => {
+                matches!(l.action, Action::Vector(_)) && shares.keys().all(|v| mesh.has_vertex(*v))
+            }
+            Place::Nodal(forces) => matches!(l.action, Action::Nodal) && forces.keys().all(|v| mesh.has_vertex(*v)),
         })
     }
 

@@ -270,7 +270,10 @@ impl Frames {
         FrameList {
             next: self.next,
             states: self.states.written().clone(),
-            surfaces: self.surfaces.as_ref().map_or_else(FileList::new, |s| s.written().clone()),
+            surfaces: self
+                .surfaces
+                .as_ref()
+                .map_or_else(FileList::new, |s| s.written().clone()),
         }
     }
 

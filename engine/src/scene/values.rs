@@ -120,11 +120,11 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Field<T> {
     }
 }
 
-impl Serialize for InitialField {
+impl<T: Serialize> Serialize for Field<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            InitialField::Formula(components) => components.serialize(serializer),
-            InitialField::File { file, array } => {
+            Field::Here(value) => value.serialize(serializer),
+            Field::File { file, array } => {
                 let mut map = serializer.serialize_map(Some(2))?;
                 map.serialize_entry("file", file)?;
                 map.serialize_entry("array", array)?;
