@@ -4,6 +4,7 @@ use std::path::Path;
 
 use kerfem_mesh::io::{self, IoError, MeshData};
 
+use crate::mutate::{Random, WILD};
 use crate::shared::sample;
 
 /// Reads damaged bytes under the name of a format; what is accepted must be sound.
@@ -81,18 +82,6 @@ fn tries(name: &str, most: usize) -> usize {
     if name.contains("lzma") { most / 20 } else { most / 4 }
 }
 
-/// A sequence of numbers (xorshift), the same in every run.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-}
-
 #[test]
 fn a_truncated_file_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
@@ -129,20 +118,6 @@ fn flipped_bytes_are_an_error_or_a_valid_mesh() {
         }
     }
 }
-
-/// What a damaged file may say in place of a number.
-pub(crate) const WILD: [&str; 10] = [
-    "-1",
-    "nan",
-    "inf",
-    "1e999",
-    "9223372036854775807",
-    "18446744073709551615",
-    "4294967296",
-    "0",
-    "",
-    "x",
-];
 
 #[test]
 fn words_replaced_by_wild_numbers_are_an_error_or_a_valid_mesh() {

@@ -7,7 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::damaged::{Random, WILD, read, samples};
+use crate::damaged::{read, samples};
+use crate::mutate::{Random, mutate};
 
 /// Words that mean something to a reader.
 const WORDS: [&str; 28] = [
@@ -50,50 +51,6 @@ fn most_memory(bytes: &[u8]) -> u64 {
     factor * bytes.len() as u64 + if lzma { 160 << 20 } else { 1 << 20 }
 }
 
-fn mutate(bytes: &[u8], others: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
-    let mut out = bytes.to_vec();
-    for _ in 0..1 + random.below(4) {
-        let n = out.len().max(1);
-        let (i, j) = (random.below(n).min(out.len()), random.below(n).min(out.len()));
-        let (start, end) = (i.min(j), i.max(j));
-        match random.below(9) {
-            0 if !out.is_empty() => {
-                let at = random.below(out.len());
-                out[at] ^= 1 << random.below(8);
-            }
-            1 => drop(out.drain(start..end.min(start + 40))),
-            2 => {
-                let copy = out[start..end.min(start + 200)].to_vec();
-                out.splice(i..i, copy);
-            }
-            3 => out.truncate(start),
-            4 | 5 => {
-                let digits: Vec<usize> = (0..out.len()).filter(|&k| out[k].is_ascii_digit()).collect();
-                if let Some(&at) = digits.get(random.below(digits.len().max(1))) {
-                    let length = out[at..].iter().take_while(|b| b.is_ascii_digit()).count();
-                    out.splice(at..at + length, WILD[random.below(WILD.len())].bytes());
-                }
-            }
-            6 => {
-                let word = WORDS[random.below(WORDS.len())];
-                out.splice(i..i, format!(" {word} ").into_bytes());
-            }
-            7 => {
-                let other = &others[random.below(others.len())];
-                let from = random.below(other.len().max(1)).min(other.len());
-                let part = other[from..(from + random.below(200)).min(other.len())].to_vec();
-                out.splice(start..end.min(start + 60), part);
-            }
-            _ => {
-                let wild = [[0; 8], [0xff; 8], [0, 0, 0, 0x80, 0, 0, 0, 0x7f]][random.below(3)];
-                let length = [1, 2, 4, 8][random.below(4)].min(out.len() - start);
-                out[start..start + length].copy_from_slice(&wild[..length]);
-            }
-        }
-    }
-    out
-}
-
 /// Reads one mutated file; what is wrong with that, in words.
 fn attempt(directory: &Path, extension: &str, bytes: &[u8]) -> Result<Duration, String> {
     let clock = Instant::now();
@@ -131,7 +88,7 @@ fn mutated_files_are_read_or_refused_in_bounds() {
         let mut random = Random(number("KERFEM_FUZZ_SEED").unwrap_or(0x9e37_79b9));
         let (mut spent, mut count, mut slowest) = (Duration::ZERO, 0, Duration::ZERO);
         while seconds.map_or(count < 300, |s| spent.as_secs() < s) {
-            let bytes = mutate(&seeds[random.below(seeds.len())], &seeds, &mut random);
+            let bytes = mutate(&seeds[random.below(seeds.len())], &seeds, &WORDS, &mut random);
             let outcome = attempt(directory.path(), extension, &bytes);
             // a second is a thousand times what the largest of these files needs
             let outcome = outcome.and_then(|t| match seconds.is_some() && t.as_secs() >= 5 {
