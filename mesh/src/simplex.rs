@@ -18,12 +18,29 @@ pub type TetMesh = SimplexMesh<4>;
 /// surface in space.
 pub type TriMesh = SimplexMesh<3>;
 
+/// Largest coordinate (m): its third power, and what predicates make of it, must be finite.
+const FARTHEST: f64 = 1e90;
+
 /// What is wrong with positions and cells that should become a mesh, with the place and the numbers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has a coordinate that is not finite: ({x}, {y}, {z})")]
     NotFinite {
+        /// Input index of the vertex.
+        vertex: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+        /// Third coordinate.
+        z: f64,
+    },
+    /// A coordinate is so large that volumes would overflow.
+    #[error(
+        "vertex {vertex} has a coordinate that is too large: ({x}, {y}, {z}); numbers from -1e90 to 1e90 are accepted"
+    )]
+    TooFar {
         /// Input index of the vertex.
         vertex: usize,
         /// First coordinate.
@@ -164,16 +181,12 @@ impl<const N: usize> SimplexMesh<N> {
                 return Err(MeshError::TooLarge { what, count: n });
             }
         }
-        if let Some((vertex, p)) = rest_positions
-            .iter()
-            .enumerate()
-            .find(|(_, p)| !p.iter().all(|c| c.is_finite()))
-        {
-            return Err(MeshError::NotFinite {
-                vertex,
-                x: p.x,
-                y: p.y,
-                z: p.z,
+        let near = |p: &Point| p.iter().all(|c| c.abs() <= FARTHEST);
+        if let Some((vertex, p)) = rest_positions.iter().enumerate().find(|(_, p)| !near(p)) {
+            let [x, y, z] = [p.x, p.y, p.z];
+            return Err(match p.iter().all(|c| c.is_finite()) {
+                true => MeshError::TooFar { vertex, x, y, z },
+                false => MeshError::NotFinite { vertex, x, y, z },
             });
         }
         for (cell, corners) in cells.iter().enumerate() {
