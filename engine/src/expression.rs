@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::error::beginning;
+
 pub(crate) type Unary = fn(f64) -> f64;
 pub(crate) type Binary = fn(f64, f64) -> f64;
 
@@ -46,6 +48,10 @@ pub(crate) const CONSTANTS: &[(&str, f64)] = &[("pi", std::f64::consts::PI), ("t
 const VARIABLES: [&str; 4] = ["x", "y", "z", "t"];
 /// Deepest nesting of operands that [`Expression::value`] holds without allocating.
 const STACK: usize = 48;
+/// Characters of a text that a message shows.
+const SHOWN: usize = 120;
+/// Longest text (characters).
+const LONGEST: usize = 65_536;
 
 fn sign(a: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a.signum() }
@@ -53,7 +59,7 @@ fn sign(a: f64) -> f64 {
 
 /// What is wrong with the text of an expression: one line that quotes it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("cannot read the expression \"{text}\": {reason}")]
+#[error("cannot read the expression \"{}\": {reason}", beginning(text, SHOWN))]
 pub struct ExpressionError {
     /// The text.
     pub text: String,
@@ -146,6 +152,12 @@ impl Expression {
             text: text.to_owned(),
             reason,
         };
+        let length = text.chars().count();
+        if length > LONGEST {
+            return Err(fail(format!(
+                "it has {length} characters; at most {LONGEST} are accepted"
+            )));
+        }
         let mut parser = Parser::new(text).map_err(fail)?;
         let kind = parser.disjunction().map_err(fail)?;
         if let Some(token) = parser.peek() {
@@ -173,6 +185,11 @@ impl Expression {
             Body::Constant(value) => format!("{value:?}").into(),
             Body::Formula { text, .. } => text.into(),
         }
+    }
+
+    /// The text as a message quotes it: the beginning of a long one.
+    pub(crate) fn shown(&self) -> String {
+        beginning(&self.text, SHOWN)
     }
 
     /// Whether its value depends on the time.
@@ -262,10 +279,13 @@ fn tokens(text: &str) -> Result<Vec<Token>, String> {
     while let Some(first) = rest.chars().next() {
         let used = if first.is_ascii_digit() || first == '.' {
             let n = number_length(rest.as_bytes());
-            let value = rest[..n].parse::<f64>();
-            out.push(Token::Number(
-                value.map_err(|_| format!("\"{}\" is not a number", &rest[..n]))?,
-            ));
+            let value: f64 = rest[..n]
+                .parse()
+                .map_err(|_| format!("\"{}\" is not a number", &rest[..n]))?;
+            if !value.is_finite() {
+                return Err(format!("{} is not a finite number", &rest[..n]));
+            }
+            out.push(Token::Number(value));
             n
         } else if first.is_ascii_alphabetic() || first == '_' {
             let n = rest
@@ -675,7 +695,7 @@ mod tests {
                 .to_string()
                 .contains("condition is needed")
         );
-        let deep = "(".repeat(100_000);
+        let deep = "(".repeat(60_000);
         assert!(
             Expression::number(&deep)
                 .unwrap_err()
