@@ -6,7 +6,8 @@ use std::path::Path;
 use kerfem_mesh::io::{self, DataArray, MeshData};
 use kerfem_mesh::{MeshError, Point, SimplexMesh, TriMesh, generate};
 
-use crate::scene::source::Source;
+use crate::nearest::nearest;
+use crate::scene::source::{Source, unreadable};
 use crate::{EngineError, InitialField, MeshSpec};
 
 /// A named set of a mesh file, as indices of vertices and cells from zero, ascending, and corners of facets (of a planar mesh
@@ -60,7 +61,8 @@ impl AnyInput {
             return Ok(AnyInput::Planar(MeshInput::generated(mesh)));
         }
         let file = spec.file.as_deref().unwrap_or(Path::new(""));
-        let mut data = io::read_mesh(source.resolve(file)).map_err(EngineError::Read)?;
+        let read = io::read_mesh(source.resolve(file));
+        let mut data = read.map_err(|e| source.file_error("mesh", 0, "file", &e))?;
         for p in &mut data.points {
             *p *= scale;
         }
@@ -115,9 +117,11 @@ impl<const N: usize> MeshInput<N> {
     pub(crate) fn set(&self, name: &str) -> Result<&NamedSet, String> {
         self.sets.get(name).ok_or_else(|| {
             let known: Vec<String> = self.sets.keys().map(|k| format!("\"{k}\"")).collect();
+            let hint = nearest(name, self.sets.keys().map(String::as_str))
+                .map_or_else(String::new, |n| format!("did you mean \"{n}\"? "));
             match known.is_empty() {
                 true => format!("there is no group \"{name}\"; the mesh has no groups"),
-                false => format!("there is no group \"{name}\"; the mesh has {}", known.join(", ")),
+                false => format!("there is no group \"{name}\"; {hint}the mesh has {}", known.join(", ")),
             }
         })
     }
@@ -198,7 +202,7 @@ pub(crate) fn initial_values(
             match values.iter().position(|v| !v.is_finite()) {
                 None => Ok(values),
                 Some(i) => {
-                    let (e, p) = (components[i % 3].text(), rest_positions[i / 3]);
+                    let (e, p) = (components[i % 3].shown(), rest_positions[i / 3]);
                     Err(fail(format!(
                         "\"{e}\" has no finite value at ({}, {}, {})",
                         p.x, p.y, p.z
@@ -220,7 +224,7 @@ pub(crate) fn point_array(
     dimension: usize,
     fail: impl Fn(String) -> EngineError,
 ) -> Result<Vec<f64>, EngineError> {
-    let data = io::read_mesh(source.resolve(file)).map_err(EngineError::Read)?;
+    let data = io::read_mesh(source.resolve(file)).map_err(|e| fail(unreadable(&e)))?;
     let Some(found) = data.point_arrays.get(array) else {
         let known: Vec<String> = data.point_arrays.keys().map(|k| format!("\"{k}\"")).collect();
         let known = known.join(", ");

@@ -5,7 +5,7 @@ use kerfem_mesh::io::{self, SweepData};
 use serde::{Deserialize, Serialize};
 
 use crate::report::{CutRecord, CutSeconds};
-use crate::{EngineError, Frame, MethodName, Scene};
+use crate::{EngineError, Frame, Scene};
 
 /// A cut to be made at a time.
 #[derive(Debug)]
@@ -34,7 +34,8 @@ pub(crate) struct StoredCut {
 pub(crate) fn read<const N: usize>(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
     let mut cuts = Vec::with_capacity(scene.cut.len());
     for (index, spec) in scene.cut.iter().enumerate() {
-        let surface = io::read_sweep(scene.source.resolve(&spec.sweep)).map_err(EngineError::Read)?;
+        let read = io::read_sweep(scene.source.resolve(&spec.sweep));
+        let surface = read.map_err(|e| scene.source.file_error("cut", index, "sweep", &e))?;
         cuts.push(StoredCut { index, surface });
     }
     of::<N>(scene, cuts)
@@ -52,19 +53,13 @@ pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Resul
             let message = format!("{}: {e}", spec.sweep.display());
             scene.source.error("cut", i, "sweep", message)
         })?;
-        let method = match spec.method {
-            MethodName::Delete => Method::Delete,
-            MethodName::Subdivide => Method::Subdivide,
-            MethodName::Snap => Method::Snap,
-            MethodName::Hybrid => Method::Hybrid,
-        };
         cuts.push(PendingCut {
             index: i,
             at: spec.at,
             frame: spec.frame,
             sweep,
             options: CutOptions {
-                method,
+                method: spec.method.into(),
                 snap: spec.snap,
             },
             stored,

@@ -1,11 +1,18 @@
 //! What can be said about a scene without its mesh.
 
+use std::collections::BTreeSet;
+
 use kerfem_fem::Material;
 
-use super::{Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, NodalForces, Scene, Scheme};
+use super::{
+    Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, NodalForces, QuantitySpec, Scene, Scheme,
+};
 use crate::EngineError;
 
 pub(super) type Checked = Result<(), EngineError>;
+
+/// Of a scene: names of files are longer and end at 255 bytes.
+const LONGEST_NAME: usize = 200;
 
 impl Scene {
     /// Checks every number and every choice that needs no mesh; the first mistake is the error.
@@ -91,11 +98,13 @@ impl Scene {
 
     fn check_name(&self) -> Checked {
         let plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
-        if !self.name.is_empty() && !self.name.starts_with('.') && self.name.chars().all(plain) {
+        let fits = (1..=LONGEST_NAME).contains(&self.name.len());
+        if fits && !self.name.starts_with('.') && self.name.chars().all(plain) {
             return Ok(());
         }
         let message = format!(
-            "\"{}\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.'",
+            "\"{}\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.', at most \
+             {LONGEST_NAME} bytes",
             self.name
         );
         self.fail("", 0, "name", message)
@@ -235,10 +244,7 @@ impl Scene {
         ];
         self.exactly_one("fixed", i, &given)?;
         let axes = f.axes.as_deref().unwrap_or("xyz");
-        let repeated = axes
-            .chars()
-            .enumerate()
-            .any(|(k, c)| axes.chars().take(k).any(|d| d == c));
+        let repeated = "xyz".chars().any(|c| axes.matches(c).count() > 1);
         if axes.is_empty() || repeated || !axes.chars().all(|c| "xyz".contains(c)) {
             let message = format!("\"{axes}\" is not accepted; letters x, y, z, each at most once");
             return self.fail("fixed", i, "axes", message);
@@ -294,7 +300,7 @@ impl Scene {
         }
         for (key, components) in [("gravity", &l.gravity), ("force", &l.force)] {
             if let Some(e) = components.iter().flat_map(|c| &c.0).find(|e| e.uses_place()) {
-                let message = format!("\"{}\" depends on the place; only t is accepted", e.text());
+                let message = format!("\"{}\" depends on the place; only t is accepted", e.shown());
                 return self.fail("load", i, key, message);
             }
         }
@@ -327,7 +333,7 @@ impl Scene {
             if let Some(super::InitialField::Here(all)) = field
                 && let Some(e) = all.0.iter().find(|e| e.uses_time())
             {
-                let message = format!("\"{}\" depends on t; the state at the start is in x, y, z", e.text());
+                let message = format!("\"{}\" depends on t; the state at the start is in x, y, z", e.shown());
                 return self.fail("initial", 0, key, message);
             }
         }
@@ -394,10 +400,11 @@ impl Scene {
     }
 
     fn check_probes(&self) -> Checked {
+        let mut names = BTreeSet::new();
         for (i, p) in self.probe.iter().enumerate() {
             self.finite("probe", i, "point", &p.point.0)?;
             let bad = p.name.is_empty() || p.name.contains([',', '"', '\n', '\r']);
-            if bad || self.probe[..i].iter().any(|q| q.name == p.name) {
+            if bad || !names.insert(&p.name) {
                 let message = format!(
                     "\"{}\" is not accepted; a name of its own without commas or quotes",
                     p.name
@@ -409,6 +416,7 @@ impl Scene {
     }
 
     fn check_quantities(&self) -> Checked {
+        let mut names = BTreeSet::new();
         for (i, q) in self.quantity.iter().enumerate() {
             let kinds = [
                 ("mean", q.mean.is_some()),
@@ -420,7 +428,7 @@ impl Scene {
                 ("reaction", q.reaction.is_some()),
             ];
             self.exactly_one("quantity", i, &kinds)?;
-            if q.name.is_empty() || self.quantity[..i].iter().any(|p| p.name == q.name) {
+            if q.name.is_empty() || !names.insert(&q.name) {
                 return self.fail(
                     "quantity",
                     i,
@@ -448,6 +456,32 @@ impl Scene {
                     return self.fail("quantity", i, "jump", message);
                 }
             }
+            self.check_other_keys(i, q)?;
+        }
+        Ok(())
+    }
+
+    /// Keys that say nothing about the kind of a quantity.
+    fn check_other_keys(&self, i: usize, q: &QuantitySpec) -> Checked {
+        if q.energy == Some(false) {
+            return self.fail(
+                "quantity",
+                i,
+                "energy",
+                "false is not accepted; true, or another quantity",
+            );
+        }
+        if q.component.is_some() && q.point.is_none() && q.jump.is_none() {
+            return self.fail(
+                "quantity",
+                i,
+                "component",
+                "it belongs to \"point\" and \"jump\", none of which is given",
+            );
+        }
+        if q.r#where.is_some() && (q.point.is_some() || q.jump.is_some() || q.energy.is_some()) {
+            let message = "it belongs to \"mean\", \"max\", \"min\", \"reaction\", none of which is given";
+            return self.fail("quantity", i, "where", message);
         }
         Ok(())
     }

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{EngineError, Expression};
 use source::Source;
+use values::exactly;
 pub use values::{Components, Condition, Field, InitialField, NodalForces};
 
 /// A scene as its file says it, checked as far as that is possible without the mesh.
@@ -94,11 +95,13 @@ pub struct MeshSpec {
 #[serde(deny_unknown_fields)]
 pub struct BoxSpec {
     /// Side lengths (m).
+    #[serde(deserialize_with = "exactly")]
     pub size: [f64; 3],
     /// Hexahedra along each side.
+    #[serde(deserialize_with = "exactly")]
     pub cells: [usize; 3],
     /// The corner with the smallest coordinates (m).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub origin: [f64; 3],
 }
 
@@ -108,11 +111,13 @@ pub struct BoxSpec {
 #[serde(deny_unknown_fields)]
 pub struct PlateSpec {
     /// Side lengths (m).
+    #[serde(deserialize_with = "exactly")]
     pub size: [f64; 2],
     /// Rectangles along each side.
+    #[serde(deserialize_with = "exactly")]
     pub cells: [usize; 2],
     /// The corner with the smallest coordinates (m).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub origin: [f64; 2],
 }
 
@@ -126,7 +131,7 @@ pub struct BallSpec {
     /// Shells of tetrahedra from the centre to the surface.
     pub layers: usize,
     /// Centre (m).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub center: [f64; 3],
 }
 
@@ -145,10 +150,10 @@ pub struct CylinderSpec {
     /// Slices of cells along the axis.
     pub slices: usize,
     /// Direction of the axis, of any length.
-    #[serde(default = "default_axis")]
+    #[serde(default = "default_axis", deserialize_with = "exactly")]
     pub axis: [f64; 3],
     /// The centre of the end where the axis begins (m).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub origin: [f64; 3],
 }
 
@@ -279,7 +284,8 @@ pub enum MassKind {
     Consistent,
 }
 
-/// A prescribed displacement on exactly one of `where`, `vertices`, `group`.
+/// A prescribed displacement on exactly one of `where`, `vertices`, `group`. Where two disagree the later one wins, and a
+/// warning says so.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -473,6 +479,17 @@ pub enum MethodName {
     Hybrid,
 }
 
+impl From<MethodName> for kerfem_cutting::Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Delete => kerfem_cutting::Method::Delete,
+            MethodName::Subdivide => kerfem_cutting::Method::Subdivide,
+            MethodName::Snap => kerfem_cutting::Method::Snap,
+            MethodName::Hybrid => kerfem_cutting::Method::Hybrid,
+        }
+    }
+}
+
 /// Which positions a sweep is given in.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -643,11 +660,7 @@ impl Scene {
     /// [`EngineError::Scene`] with file, line, key, what is wrong and what is accepted.
     pub fn read(path: impl AsRef<Path>) -> Result<Scene, EngineError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|e| EngineError::Scene {
-            place: path.display().to_string(),
-            message: format!("the scene cannot be read: {e}"),
-        })?;
-        Self::parse(&text, path)
+        Self::parse(&source::read_text(path)?, path)
     }
 
     /// Reads and checks the text of a scene; `path` names it in messages, and files are relative to its folder.

@@ -83,7 +83,7 @@ impl Scene {
             Some(z) if dimension == 2 && !zero(z) => {
                 let message = format!(
                     "\"{}\" along z is not accepted, {IN_PLANE}; two components, or 0",
-                    z.text()
+                    z.shown()
                 );
                 self.fail(section, i, key, message)
             }

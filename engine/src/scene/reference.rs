@@ -24,7 +24,8 @@ reads scenes.
 
 An *expression* is a number, or a formula in quotes: `"0.1 * min(t, 0.4)"`. It knows the rest coordinates `x`, `y`, `z`, the
 time `t` where that makes sense, `{}`, `+ - * / ^`, comparisons, `&& || !`, and the functions `{}`. A *condition* is a formula that
-is true or false: `"x < 1e-6 && abs(y) < 0.5"`.
+is true or false by the place alone: `"x < 1e-6 && abs(y) < 0.5"`. What it selects must not be nothing, and does not change with
+time. A load or a displacement must have a finite value at the start and at the end.
 "#,
         constants.join("`, `"),
         functions.join(" ")

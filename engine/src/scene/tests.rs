@@ -195,7 +195,8 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         (
             "name = \"beam\"",
             "name = \"a/b\"",
-            "s.toml:1: name: \"a/b\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.'",
+            "s.toml:1: name: \"a/b\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.', \
+             at most 200 bytes",
         ),
         (
             "cells = [2, 1, 1]",
@@ -205,7 +206,7 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         (
             "cells = [2, 1, 1]",
             "cells = [2, -1, 1]",
-            "s.toml:3: mesh.box: invalid value: integer `-1`, expected usize",
+            "s.toml:3: mesh.box.cells: integer `-1` is not accepted; a whole number, zero or more, is needed",
         ),
         (
             "size = [2.0, 1.0, 1.0]",
@@ -377,7 +378,8 @@ fn what_a_scene_selects_must_exist() {
         (
             "box = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] }",
             "file = \"none.vtu\"",
-            "none.vtu: cannot be read: No such file or directory (os error 2)",
+            "s.toml:3: mesh.file: none.vtu: cannot be read: No such file or directory (os error 2); a file that can be read is \
+             needed, its path relative to the scene",
         ),
     ] {
         assert_eq!(message_with_mesh(from, to), wanted, "{from} -> {to}");
@@ -385,6 +387,7 @@ fn what_a_scene_selects_must_exist() {
     let missing_sweep = Simulation::new(Scene::parse(BASE, "s.toml").unwrap()).unwrap_err();
     assert_eq!(
         missing_sweep.to_string(),
-        "blade.obj: cannot be read: No such file or directory (os error 2)"
+        "s.toml:18: cut.sweep: blade.obj: cannot be read: No such file or directory (os error 2); a file that can be read is \
+         needed, its path relative to the scene"
     );
 }

@@ -3,10 +3,13 @@
 use std::fmt;
 use std::marker::PhantomData;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use super::MethodName;
+use super::source::explain;
 use crate::Expression;
 
 impl<'de> Deserialize<'de> for Expression {
@@ -47,6 +50,26 @@ impl Visitor<'_> for NumberVisitor {
     }
 }
 
+/// A list of so many entries. (An array of serde takes no notice of what follows.)
+pub(super) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<[T; N], D::Error> {
+    let all = Vec::<T>::deserialize(deserializer)?;
+    let count = all.len();
+    let fail = |_| de::Error::custom(format!("{count} entries are given; a list of {N} is needed"));
+    all.try_into().map_err(fail)
+}
+
+impl FromStr for MethodName {
+    type Err = String;
+
+    /// Reads the name as a scene does.
+    fn from_str(name: &str) -> Result<Self, String> {
+        let read = Self::deserialize(de::value::StrDeserializer::<de::value::Error>::new(name));
+        read.map_err(|e| explain(&e.to_string()))
+    }
+}
+
 /// A condition on rest positions, such as `"x < 1e-6 && abs(y) < 0.5"`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition(pub Expression);
@@ -54,7 +77,14 @@ pub struct Condition(pub Expression);
 impl<'de> Deserialize<'de> for Condition {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        Expression::condition(&text).map(Condition).map_err(de::Error::custom)
+        let condition = Expression::condition(&text).map_err(de::Error::custom)?;
+        if condition.uses_time() {
+            return Err(de::Error::custom(format!(
+                "\"{}\" depends on t; sets do not change with time, only x, y, z are accepted",
+                condition.shown()
+            )));
+        }
+        Ok(Condition(condition))
     }
 }
 

@@ -50,7 +50,7 @@ fn sets_and_initial_fields_come_from_arrays_of_the_mesh_file() {
     );
     let unknown_group = refused("group = 'clamp'", "group = 'clam'");
     assert!(
-        unknown_group.contains("there is no group \"clam\"; the mesh has \"clamp\", \"soft\""),
+        unknown_group.contains("there is no group \"clam\"; did you mean \"clamp\"? the mesh has \"clamp\", \"soft\""),
         "{unknown_group}"
     );
 }
