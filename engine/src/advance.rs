@@ -202,7 +202,7 @@ impl<const N: usize> Simulation<N> {
             .is_some_and(|known| known == t || !self.loads.uses_time());
         if !known {
             let formed = self.loads.force(&self.mesh, &self.assembler, t, &mut self.buffers.load);
-            formed.map_err(|reason| self.stopped(reason))?;
+            formed.map_err(|e| self.stopped(e.to_string()))?;
             self.buffers.load_time = Some(t);
         }
         Ok(())

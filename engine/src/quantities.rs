@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use kerfem_mesh::{Point, VertexId};
+use kerfem_mesh::{FacetSide, Point, VertexId};
 
 use crate::jump::jump;
 use crate::probes::{interpolate, locate};
-use crate::{Axis, Component, QuantitySpec, Simulation};
+use crate::{Axis, Component, EngineError, QuantitySpec, Simulation};
 
 impl<const N: usize> Simulation<N> {
     /// The quantities of the scene at the present state; none where a quantity has no value (its `where` selects nothing).
@@ -16,6 +16,41 @@ impl<const N: usize> Simulation<N> {
             .iter()
             .map(|q| (q.name.clone(), self.quantity(q)))
             .collect()
+    }
+
+    /// Refuses a quantity that has no value: one of nothing, of a point outside, or of a support where there is none.
+    pub(crate) fn check_quantities(&self) -> Result<(), EngineError> {
+        for (i, q) in self.scene.quantity.iter().enumerate() {
+            let fail = |key: &str, message: String| Err(self.scene.source.error("quantity", i, key, message));
+            let nothing = |what: &str| format!("it selects no {what}; a selection must not be empty");
+            if let Some(point) = &q.point {
+                let p = Point::from(point.in_space());
+                if locate(&self.mesh, &p, self.mesh.cell_ids()).is_none() {
+                    return fail("point", format!("({}, {}, {}) does not lie in the mesh", p.x, p.y, p.z));
+                }
+            } else if q.jump.is_some() {
+                // a cut to come may open there
+            } else if q.mean.is_some() {
+                if self.facets_of(q).next().is_none() {
+                    return fail("where", nothing("boundary facet"));
+                }
+            } else if let Some(axis) = q.reaction {
+                let count = self.vertices_of(q).count();
+                if count == 0 {
+                    return fail("where", nothing("vertex"));
+                }
+                if self.supports_of(axis, q).next().is_none() {
+                    let axis = ["x", "y", "z"][axis as usize];
+                    let message = format!(
+                        "none of the {count} vertices it selects is fixed along {axis}; a [[fixed]] must hold at least one"
+                    );
+                    return fail("where", message);
+                }
+            } else if self.vertices_of(q).next().is_none() {
+                return fail("where", nothing("vertex"));
+            }
+        }
+        Ok(())
     }
 
     fn quantity(&self, q: &QuantitySpec) -> Option<f64> {
@@ -68,26 +103,34 @@ impl<const N: usize> Simulation<N> {
         self.mesh.vertex_ids().filter(|v| self.selects(q, *v))
     }
 
+    /// Boundary facets whose vertices are all selected.
+    fn facets_of<'a>(&'a self, q: &'a QuantitySpec) -> impl Iterator<Item = FacetSide> + 'a {
+        let selected = |s: &FacetSide| self.mesh.facet_corners(*s).iter().all(|v| self.selects(q, *v));
+        self.mesh.boundary_facets().filter(selected)
+    }
+
+    /// Selected vertices that are fixed along an axis.
+    fn supports_of<'a>(&'a self, axis: Axis, q: &'a QuantitySpec) -> impl Iterator<Item = VertexId> + 'a {
+        self.vertices_of(q)
+            .filter(move |v| self.fixed.is_fixed(*v, axis as usize))
+    }
+
     /// Mean over the boundary facets whose vertices are all selected, by rest area.
     fn mean(&self, component: Component, q: &QuantitySpec) -> Option<f64> {
         let (mut sum, mut area) = (0.0, 0.0);
-        for side in self.mesh.boundary_facets() {
-            let corners = self.mesh.facet_corners(side);
-            if corners.iter().all(|v| self.selects(q, *v)) {
-                let corners = &corners[..N - 1];
-                let own = self.mesh.facet_normal(side).norm();
-                area += own;
-                sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / corners.len() as f64;
-            }
+        for side in self.facets_of(q) {
+            let corners = &self.mesh.facet_corners(side)[..N - 1];
+            let own = self.mesh.facet_normal(side).norm();
+            area += own;
+            sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / corners.len() as f64;
         }
         (area > 0.0).then(|| sum / area)
     }
 
     /// What the supports exert on the selected vertices (N); none if they hold none of them or nothing was solved for.
     fn reaction(&self, axis: Axis, q: &QuantitySpec) -> Option<f64> {
-        let axis = axis as usize;
-        let fixed = self.vertices_of(q).filter(|v| self.fixed.is_fixed(*v, axis));
-        let reactions = fixed.map(|v| self.equilibrium.reaction(3 * v.index() + axis));
+        let fixed = self.supports_of(axis, q);
+        let reactions = fixed.map(|v| self.equilibrium.reaction(3 * v.index() + axis as usize));
         reactions.reduce(|sum, own| Some(sum? + own?)).flatten()
     }
 }

@@ -182,6 +182,10 @@ impl<const N: usize> Simulation<N> {
             unknowns: None,
         };
         let mut simulation = Self::assembled(scene, parts)?;
+        let (scene, mesh) = (&simulation.scene, &simulation.mesh);
+        simulation.loads.check_values(scene, mesh, &simulation.assembler)?;
+        let conflicts = simulation.fixed.conflicts(scene, mesh);
+        simulation.warnings.splice(..0, conflicts);
         simulation.pinched = pinched_vertices(&simulation.mesh).collect();
         if let Some(v) = simulation.pinched.first() {
             let count = simulation.pinched.len();
@@ -195,6 +199,7 @@ impl<const N: usize> Simulation<N> {
                 .cutter
                 .prepare(&simulation.mesh, &simulation.state.u, first.frame);
         }
+        simulation.check_quantities()?;
         simulation.measure_energies()?;
         Ok(simulation)
     }

@@ -1,6 +1,8 @@
 //! Prescribed displacements.
 
-use kerfem_mesh::{AddedVertex, MeshChange, SimplexMesh, VertexId};
+use std::collections::BTreeMap;
+
+use kerfem_mesh::{AddedVertex, MeshChange, Point, SimplexMesh, VertexId};
 
 use serde::{Deserialize, Serialize};
 
@@ -116,12 +118,54 @@ impl<const N: usize> FixedDofs<N> {
                 };
                 let e = &set.displacement[axis];
                 if !(e.value(&place, 0.0).is_finite() && e.value(&place, end).is_finite()) {
-                    let message = format!("\"{}\" has no finite value at vertex {}", e.text(), v.0);
+                    let message = format!("\"{}\" has no finite value at vertex {}", e.shown(), v.0);
                     return Err(scene.source.error("fixed", owner as usize, "displacement", message));
                 }
             }
         }
         Ok(())
+    }
+
+    /// One line for each two sets of which the later one prescribes another displacement of a vertex and wins.
+    pub(crate) fn conflicts(&self, scene: &Scene, mesh: &SimplexMesh<N>) -> Vec<String> {
+        let end = scene.time.end.unwrap_or(0.0);
+        // by loser and winner: the vertices, ascending, and what is told of the first
+        let mut pairs: BTreeMap<[usize; 2], (Vec<VertexId>, String)> = BTreeMap::new();
+        for v in mesh.vertex_ids() {
+            for (axis, &owner) in self.owner[v.index()].iter().enumerate().filter(|(_, o)| **o != FREE) {
+                let held = |i: &usize| self.sets[*i].axes[axis] && self.sets[*i].members[v.index()];
+                for loser in (0..owner as usize).filter(held) {
+                    let pair = [loser, owner as usize];
+                    let Some(difference) = self.difference(pair, axis, &mesh.rest_position(v), end) else {
+                        continue;
+                    };
+                    let first = || format!("along {} at vertex {} first ({difference})", ["x", "y", "z"][axis], v.0);
+                    let (vertices, _) = pairs.entry(pair).or_insert_with(|| (Vec::new(), first()));
+                    vertices.push(v);
+                }
+            }
+        }
+        let lines = pairs.into_iter().map(|([loser, winner], (mut vertices, first))| {
+            vertices.dedup();
+            let count = match vertices.len() {
+                1 => "1 vertex".into(),
+                n => format!("{n} vertices"),
+            };
+            format!(
+                "fixed[{loser}] and fixed[{winner}] prescribe different displacements at {count}, {first}: the later one wins"
+            )
+        });
+        lines.collect()
+    }
+
+    /// How what two sets prescribe differs by more than rounding, at the first of five times from the start to the end.
+    fn difference(&self, pair: [usize; 2], axis: usize, place: &Point, end: f64) -> Option<String> {
+        let times = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * end);
+        times.into_iter().find_map(|t| {
+            let [a, b] = pair.map(|i| self.sets[i].displacement[axis].value(place, t));
+            let differ = (a - b).abs() > 1e-12 * a.abs().max(b.abs());
+            differ.then(|| format!("{a} and {b} m at t = {t} s"))
+        })
     }
 
     /// One flag a dof: whether it is prescribed.
@@ -175,7 +219,7 @@ impl<const N: usize> FixedDofs<N> {
                 };
                 let value = set.displacement[axis].value(&place, t);
                 if !value.is_finite() {
-                    let text = set.displacement[axis].text();
+                    let text = set.displacement[axis].shown();
                     return Err(format!("the displacement \"{text}\" of vertex {v} has no finite value"));
                 }
                 u[3 * v + axis] = value;

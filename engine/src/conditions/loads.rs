@@ -1,10 +1,11 @@
 //! Loads.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{AddAssign, Div};
 
 use kerfem_fem::{Assembler, load};
-use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, SimplexMesh, VertexId};
+use kerfem_mesh::{CellId, FacetLabel, FacetSide, MeshChange, Point, SimplexMesh, VertexId};
 use nalgebra::Vector3;
 
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,15 @@ pub(crate) struct Loads {
     loads: Vec<Load>,
     /// Of a planar body (m), else 1: facet loads are given per area of the boundary, which is length times this.
     thickness: f64,
+}
+
+/// A load that has no finite value.
+#[derive(Debug, thiserror::Error)]
+#[error("load[{index}].{key}: {message}")]
+pub(crate) struct NotFinite {
+    index: usize,
+    key: &'static str,
+    message: String,
 }
 
 impl Loads {
@@ -124,17 +134,13 @@ impl Loads {
     pub(crate) fn selected<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<Selected> {
         let thickness = self.thickness;
         let selected = |l: &Load| {
-            let (key, extent) = match (&l.place, &l.action) {
-                (Place::Body, _) => ("gravity", Extent::of_cells(mesh, mesh.cell_ids(), thickness)),
-                (Place::Facets { sides, .. }, action) => {
-                    let pushes = matches!(action, Action::Pressure(_));
-                    let key = if pushes { "pressure" } else { "traction" };
-                    (key, Extent::of_facets(mesh, sides.iter().copied(), thickness))
-                }
-                (Place::Vertices(shares), _) => ("force", Extent::of_vertices(mesh, shares.keys().copied())),
-                (Place::Nodal(forces), _) => ("nodal", Extent::of_vertices(mesh, forces.keys().copied())),
+            let extent = match &l.place {
+                Place::Body => Extent::of_cells(mesh, mesh.cell_ids(), thickness),
+                Place::Facets { sides, .. } => Extent::of_facets(mesh, sides.iter().copied(), thickness),
+                Place::Vertices(shares) => Extent::of_vertices(mesh, shares.keys().copied()),
+                Place::Nodal(forces) => Extent::of_vertices(mesh, forces.keys().copied()),
             };
-            let uses_time = l.uses_time();
+            let (key, uses_time) = (l.key(), l.uses_time());
             Selected { extent, key, uses_time }
         };
         self.loads.iter().map(selected).collect()
@@ -149,7 +155,7 @@ impl Loads {
         t: f64,
     ) -> Vector3<f64> {
         let mut f = vec![0.0; 3 * mesh.vertex_slots()];
-        self.loads[index].add(mesh, assembler, self.thickness, t, &mut f);
+        let _ = self.loads[index].add(mesh, assembler, self.thickness, t, &mut f);
         f.as_chunks::<3>().0.iter().map(|f| Vector3::from(*f)).sum()
     }
 
@@ -167,23 +173,35 @@ impl Loads {
     /// The nodal forces (N, flat, 3 a vertex slot) at time `t`; overwrites `f`.
     ///
     /// # Errors
-    /// The load that has no finite value, in words.
+    /// The first load that has no finite value.
     pub(crate) fn force<const N: usize>(
         &self,
         mesh: &SimplexMesh<N>,
         assembler: &Assembler<N>,
         t: f64,
         f: &mut [f64],
-    ) -> Result<(), String> {
+    ) -> Result<(), NotFinite> {
         f.fill(0.0);
-        for (i, load) in self.loads.iter().enumerate() {
-            load.add(mesh, assembler, self.thickness, t, f);
-            if let Some(dof) = f.iter().position(|x| !x.is_finite()) {
-                return Err(format!(
-                    "load {i} (from zero) has no finite value at vertex {}",
-                    dof / 3
-                ));
-            }
+        for (index, load) in self.loads.iter().enumerate() {
+            load.add(mesh, assembler, self.thickness, t, f).map_err(|message| {
+                let key = load.key();
+                NotFinite { index, key, message }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a load that has no finite value at the start or the end, as far as the scene alone can tell.
+    pub(crate) fn check_values<const N: usize>(
+        &self,
+        scene: &Scene,
+        mesh: &SimplexMesh<N>,
+        assembler: &Assembler<N>,
+    ) -> Result<(), EngineError> {
+        let mut f = vec![0.0; 3 * mesh.vertex_slots()];
+        for t in [0.0, scene.time.end.unwrap_or(0.0)] {
+            self.force(mesh, assembler, t, &mut f)
+                .map_err(|e| scene.source.error("load", e.index, e.key, e.message))?;
         }
         Ok(())
     }
@@ -217,6 +235,12 @@ impl Load {
             // a vertex without cells has no equation that could take a force
             let takes = |v: &VertexId| flags[v.index()] && !mesh.cells_of_vertex(*v).is_empty();
             let members: Vec<VertexId> = mesh.vertex_ids().filter(takes).collect();
+            if members.is_empty() {
+                return select.fail(
+                    "force",
+                    "it acts on vertices of no cell only; at least one must belong to a cell",
+                );
+            }
             let share = 1.0 / members.len() as f64;
             let place = Place::Vertices(members.into_iter().map(|v| (v, share)).collect());
             return Ok(Load {
@@ -263,25 +287,33 @@ impl Load {
         thickness: f64,
         t: f64,
         f: &mut [f64],
-    ) {
+    ) -> Result<(), String> {
+        // the first expression without a finite value, and where
+        let fault: Cell<Option<(&Expression, Option<Point>)>> = Cell::new(None);
+        let value = |e, place: Option<Point>| -> f64 {
+            let value = Expression::value(e, &place.unwrap_or_default(), t);
+            if !value.is_finite() && fault.get().is_none() {
+                fault.set(Some((e, place)));
+            }
+            value
+        };
         match (&self.place, &self.action) {
             (Place::Body, Action::Vector(g)) => {
-                let g = g.each_ref().map(|e| e.value(&kerfem_mesh::Point::zeros(), t));
-                load::add_gravity(mesh, assembler, g, f);
+                load::add_gravity(mesh, assembler, g.each_ref().map(|e| value(e, None)), f);
             }
             (Place::Facets { sides, .. }, Action::Vector(traction)) => {
-                let traction = |p| traction.each_ref().map(|e| thickness * e.value(&p, t));
+                let traction = |p| traction.each_ref().map(|e| thickness * value(e, Some(p)));
                 load::add_traction(mesh, sides.iter().copied(), traction, f);
             }
             (Place::Facets { sides, .. }, Action::Pressure(pressure)) => {
                 for side in sides {
                     let outward = mesh.facet_normal(*side).normalize();
-                    let traction = |p| (outward * (-thickness * pressure.value(&p, t))).into();
+                    let traction = |p| (outward * (-thickness * value(pressure, Some(p)))).into();
                     load::add_traction(mesh, [*side], traction, f);
                 }
             }
             (Place::Vertices(shares), Action::Vector(total)) => {
-                let total = total.each_ref().map(|e| e.value(&kerfem_mesh::Point::zeros(), t));
+                let total = total.each_ref().map(|e| value(e, None));
                 for (v, share) in shares {
                     for axis in 0..3 {
                         f[3 * v.index() + axis] += share * total[axis];
@@ -296,6 +328,29 @@ impl Load {
                 }
             }
             (Place::Body | Place::Vertices(_), Action::Pressure(_)) | (_, Action::Nodal) => {}
+        }
+        match (fault.get(), f.iter().position(|x| !x.is_finite())) {
+            (Some((e, None)), _) => Err(format!("\"{}\" has no finite value at t = {t} s", e.shown())),
+            (Some((e, Some(p))), _) => Err(format!(
+                "\"{}\" has no finite value at ({}, {}, {}) and t = {t} s",
+                e.shown(),
+                p.x,
+                p.y,
+                p.z
+            )),
+            (None, Some(dof)) => Err(format!("the force at vertex {} is too large to be finite", dof / 3)),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// The key of the scene that says what acts.
+    fn key(&self) -> &'static str {
+        match (&self.place, &self.action) {
+            (_, Action::Pressure(_)) => "pressure",
+            (Place::Body, _) => "gravity",
+            (Place::Facets { .. }, _) => "traction",
+            (Place::Vertices(_), _) => "force",
+            (Place::Nodal(_), _) => "nodal",
         }
     }
 }
