@@ -74,14 +74,17 @@ pub struct GeometryCut {
 /// Cuts a mesh at rest by the surface in a file.
 ///
 /// # Errors
-/// [`EngineError::Read`] and [`EngineError::Cut`].
+/// [`EngineError::Read`], [`EngineError::Scene`] for a sweep that does not fit the mesh, [`EngineError::Cut`] for options.
 pub fn cut_at_rest<const N: usize>(
     mesh: &mut SimplexMesh<N>,
     sweep: &Path,
     options: &CutOptions,
 ) -> Result<GeometryCut, EngineError> {
     let data = io::read_sweep(sweep).map_err(EngineError::Read)?;
-    let (sweep, mut warnings) = pending::sweep_for::<N>(data)?;
+    let (sweep, mut warnings) = pending::sweep_for::<N>(data).map_err(|e| EngineError::Scene {
+        place: sweep.display().to_string(),
+        message: e.to_string(),
+    })?;
     let before = GeometryFigures::of(mesh);
     let mut cutter = Cutter::default();
     cutter.prepare(mesh, &[], Frame::Rest);

@@ -5,15 +5,19 @@ mod cli;
 use std::process::ExitCode;
 
 use clap::Parser;
+use cli::arguments;
 
 fn main() -> ExitCode {
     let command = match cli::Command::try_parse() {
         Ok(command) => command,
         Err(error) => {
-            // help and version are answers, not mistakes
-            let code = if error.use_stderr() { 2 } else { 0 };
-            let _ = error.print();
-            return ExitCode::from(code);
+            if !error.use_stderr() {
+                // help and version are answers, not mistakes
+                let _ = error.print();
+                return ExitCode::SUCCESS;
+            }
+            eprintln!("kerfem: {}", arguments::mistake(&error));
+            return ExitCode::from(2);
         }
     };
     match command.execute() {

@@ -119,7 +119,7 @@ fn run_to_end<const N: usize>(
     if simulation.verification().is_none() || !options.verify {
         simulation.verify(options.verify);
     }
-    output::make_folder(&options.folder)?;
+    output::open_folder(&options.folder)?;
     let earlier = simulation.seconds.total;
     let mut writers = Writers::open(&simulation, progress, options)?;
     let result = advance(&mut simulation, &mut writers, options, &mut after_step);

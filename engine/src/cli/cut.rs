@@ -1,21 +1,19 @@
 //! `kerfem cut`.
 
-use kerfem_cutting::{CutOptions, Method as CutMethod};
+use kerfem_cutting::CutOptions;
 use kerfem_engine::geometry::{GeometryCut, cut_at_rest};
 use kerfem_engine::{EngineError, output};
 use kerfem_mesh::SimplexMesh;
 
-use super::{CutArguments, MeshFile, Method, bad};
+use super::arguments::{bad, check_output};
+use super::{CutArguments, MeshFile};
 
 pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
-    let method = match arguments.method {
-        Method::Delete => CutMethod::Delete,
-        Method::Subdivide => CutMethod::Subdivide,
-        Method::Snap => CutMethod::Snap,
-        Method::Hybrid => CutMethod::Hybrid,
-    };
+    if let Some(path) = &arguments.output {
+        check_output(path)?;
+    }
     let options = CutOptions {
-        method,
+        method: arguments.method.into(),
         snap: arguments.snap,
     };
     match MeshFile::read(&arguments.mesh)? {
@@ -38,8 +36,9 @@ fn cut_and_write<const N: usize>(
     arguments: &CutArguments,
     options: &CutOptions,
 ) -> Result<u8, EngineError> {
-    let write = arguments.output.as_deref().map(output::mesh_writer).transpose()?;
-    let done = cut_at_rest(mesh, &arguments.sweep, options)?;
+    let write = arguments.output.as_deref().map(output::mesh_writer).transpose();
+    let write = write.map_err(|e| bad("--output", e.to_string()))?;
+    let done = cut_at_rest(mesh, &arguments.sweep, options).map_err(|e| bad("--sweep", e.to_string()))?;
     if let Some(write) = write {
         write(mesh)?;
     }

@@ -9,6 +9,7 @@ macro_rules! say {
     };
 }
 
+pub(crate) mod arguments;
 mod check;
 mod cut;
 mod log;
@@ -16,14 +17,21 @@ mod quality;
 mod run;
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use clap::{Parser, Subcommand, ValueEnum};
-use kerfem_engine::EngineError;
+use arguments::bad;
+use clap::{Parser, Subcommand};
+use kerfem_engine::{EngineError, MethodName};
 use kerfem_mesh::{TetMesh, TriMesh};
 
 /// Deformable solids that can be cut.
 #[derive(Parser)]
-#[command(name = "kerfem", version, disable_help_subcommand = true)]
+#[command(
+    name = "kerfem",
+    version,
+    disable_help_subcommand = true,
+    arg_required_else_help = false
+)]
 pub(crate) struct Command {
     /// Tell on standard error what is done: -v the stages, -vv each step, -vvv each solve (KERFEM_LOG chooses by module)
     #[arg(short, long, action = clap::ArgAction::Count, global = true)]
@@ -60,8 +68,8 @@ struct RunArguments {
     /// Folder of the results [default: out/NAME]
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Threads [default: one a core]
-    #[arg(long)]
+    /// Threads, at most 1024 [default: one a core]
+    #[arg(long, value_parser = arguments::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
     /// Check every invariant after each cut; exit 1 if one breaks
     #[arg(long)]
@@ -70,14 +78,14 @@ struct RunArguments {
     #[arg(long)]
     export_system: bool,
     /// Stop at this time (s)
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = arguments::time, allow_hyphen_values = true)]
     until: Option<f64>,
     /// Go on from the save in the folder of the results; [time], [solver], [output] and [[quantity]] may have changed
     #[arg(long)]
     resume: bool,
     /// Seconds by the clock between saves; 0: after each step. The last state is always saved
-    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
-    save_every: f64,
+    #[arg(long, value_name = "S", default_value = "60", value_parser = arguments::seconds, allow_hyphen_values = true)]
+    save_every: Duration,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
@@ -90,11 +98,11 @@ struct CutArguments {
     /// A triangulated surface, for triangles line segments (.obj, .stl, .vtu, .vtp, .vtk)
     #[arg(long)]
     sweep: PathBuf,
-    /// How the mesh is made to follow the sweep
-    #[arg(long, default_value = "hybrid")]
-    method: Method,
-    /// Snapping distance as a fraction of the local mean edge
-    #[arg(long, default_value_t = 0.2)]
+    /// How the mesh is made to follow the sweep: delete, subdivide, snap or hybrid
+    #[arg(long, default_value = "hybrid", value_parser = arguments::method)]
+    method: MethodName,
+    /// Snapping distance as a fraction of the local mean edge, 0 to 0.45
+    #[arg(long, default_value_t = 0.2, value_parser = arguments::snap, allow_hyphen_values = true)]
     snap: f64,
     /// Where to write the cut mesh (.vtu, of triangles also .vtp)
     #[arg(short, long)]
@@ -102,14 +110,6 @@ struct CutArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Method {
-    Delete,
-    Subdivide,
-    Snap,
-    Hybrid,
 }
 
 impl Command {
@@ -122,14 +122,6 @@ impl Command {
             Action::Quality { mesh, json } => quality::quality(&mesh, json),
             Action::Cut(arguments) => cut::cut(&arguments),
         }
-    }
-}
-
-/// A mistake in the arguments.
-fn bad(place: impl Into<String>, message: impl Into<String>) -> EngineError {
-    EngineError::Scene {
-        place: place.into(),
-        message: message.into(),
     }
 }
 

@@ -4,31 +4,22 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use kerfem_engine::run::{Ending, RunOptions, run as run_scene};
 use kerfem_engine::{EngineError, Scene};
 
-use super::{RunArguments, bad};
+use super::RunArguments;
+use super::arguments::bad;
 
 /// Exit code after Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineError> {
     if let Some(threads) = arguments.threads {
-        if threads == 0 {
-            return Err(bad("--threads", "0 is not accepted; a whole number from 1 is needed"));
-        }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|e| bad("--threads", e.to_string()))?;
     }
-    if arguments.until.is_some_and(|s| s.is_nan() || s < 0.0) {
-        return Err(bad("--until", "a time from 0 is needed"));
-    }
-    let Ok(save_every) = Duration::try_from_secs_f64(arguments.save_every) else {
-        return Err(bad("--save-every", "a number of seconds from 0 is needed"));
-    };
     let scene = Scene::read(&arguments.scene)?;
     let options = RunOptions {
         folder: arguments
@@ -39,7 +30,7 @@ pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineErro
         export_system: arguments.export_system,
         until: arguments.until,
         resume: arguments.resume,
-        save_every: Some(save_every),
+        save_every: Some(arguments.save_every),
     };
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(&scene, arguments, logs);
@@ -53,6 +44,10 @@ pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineErro
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
+    let ending = ending.map_err(|e| match e {
+        EngineError::Folder(_) if arguments.output.is_some() => bad("--output", e.to_string()),
+        e => e,
+    });
     match ending? {
         Ending::Done => Ok(0),
         Ending::Interrupted => Ok(INTERRUPTED),
