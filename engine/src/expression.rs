@@ -189,7 +189,7 @@ impl Expression {
 
     /// The text as a message quotes it: the beginning of a long one.
     pub(crate) fn shown(&self) -> String {
-        beginning(&self.text, SHOWN)
+        beginning(&self.text(), SHOWN)
     }
 
     /// Whether its value depends on the time.

@@ -263,7 +263,10 @@ fn a_cut_mesh_is_written_as_its_ending_says() {
         ),
     ] {
         // the ending is told before the sweep is read
-        assert_eq!(cut(mesh, "absent.obj", out), (Some(2), format!("kerfem: {message}\n")));
+        assert_eq!(
+            cut(mesh, "absent.obj", out),
+            (Some(2), format!("kerfem: --output: {message}\n"))
+        );
         assert!(!folder.path().join(out).exists());
     }
 }

@@ -80,12 +80,13 @@ fn physical_groups_of_gmsh_hold_load_and_are_regions() {
         assert_eq!(
             s.selections(),
             [
-                "fixed[0] holds 5 vertices",
-                "fixed[1] holds 2 vertices",
-                "fixed[2] holds 5 vertices",
-                "load[0] acts on 4 facets",
-                "load[1] acts on 8 facets",
-                "load[2] acts on 1 vertices"
+                "region[0] has 24 cells of 1 m3, in [0, 0, 0] .. [1, 1, 1]",
+                "fixed[0] holds 5 vertices, xyz, in [0, 0, 0] .. [0, 1, 1]",
+                "fixed[1] holds 2 vertices, z, in [2, 0, 0] .. [2, 1, 0]",
+                "fixed[2] holds 5 vertices, y, in [1, 0, 0] .. [1, 1, 1]",
+                "load[0] (traction) acts on 4 facets of 1 m2, in [2, 0, 0] .. [2, 1, 1]: [4, 0, 0] N in all",
+                "load[1] (pressure) acts on 8 facets of 2 m2, in [0, 0, 0] .. [2, 1, 1]: [0, 0, 0] N in all",
+                "load[2] (force) acts on 1 vertex, in [2, 0, 0] .. [2, 0, 0]: [0, 0, -2] N in all"
             ],
             "{version}"
         );
@@ -113,10 +114,11 @@ fn physical_groups_of_a_planar_mesh_are_its_edges() {
         assert_eq!(
             s.selections(),
             [
-                "fixed[0] holds 3 vertices",
-                "load[0] acts on 2 facets",
-                "load[1] acts on 4 facets",
-                "load[2] acts on 1 vertices"
+                "region[0] has 22 cells of 2 m3, in [0, 0] .. [2, 1]",
+                "fixed[0] holds 3 vertices, xy, in [0, 0] .. [0, 1]",
+                "load[0] (traction) acts on 2 facets of 1 m2, in [2, 0] .. [2, 1]: [4, 0] N in all",
+                "load[1] (pressure) acts on 4 facets of 2 m2, in [0, 0] .. [2, 1]: [0, 0] N in all",
+                "load[2] (force) acts on 1 vertex, in [2, 1] .. [2, 1]: [0, -2] N in all"
             ],
             "{version}"
         );
@@ -138,7 +140,10 @@ fn a_group_of_edges_holds_no_edge_between_its_ends() {
     let scene = Scene::parse(text, folder.path().join("scene.toml")).unwrap();
     assert_eq!(
         Simulation::planar(scene).unwrap().selections(),
-        ["load[0] acts on 4 facets"]
+        [
+            "nothing is held",
+            "load[0] (pressure) acts on 4 facets of 4 m2, in [0, 0] .. [2, 1]: [0, 0] N in all"
+        ]
     );
 }
 
@@ -149,7 +154,8 @@ fn arrays_of_cells_mark_cells_facets_and_lines() {
         let Ok(AnySimulation::Planar(s)) = on_sample(file, "[[load]]\ngroup = 'CellEntityIds'\npressure = 1") else {
             panic!("{file} is not read as a planar mesh");
         };
-        assert_eq!(s.selections(), ["load[0] acts on 4 facets"], "{file}");
+        let load = "load[0] (pressure) acts on 4 facets of 2 m2, in [0, 0] .. [2, 1]: [0, 0] N in all";
+        assert_eq!(s.selections(), ["nothing is held", load], "{file}");
     }
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mesh.vtk");
@@ -163,6 +169,9 @@ fn arrays_of_cells_mark_cells_facets_and_lines() {
     let scene = Scene::parse(text, folder.path().join("scene.toml")).unwrap();
     assert_eq!(
         Simulation::new(scene).unwrap().selections(),
-        ["fixed[0] holds 2 vertices", "load[0] acts on 1 facets"]
+        [
+            "fixed[0] holds 2 vertices, xyz, in [1, 0, 0] .. [1, 1, 1]",
+            "load[0] (pressure) acts on 1 facet of 0.5 m2, in [0, 0, 0] .. [1, 1, 0]: [0, 0, 0.5] N in all"
+        ]
     );
 }

@@ -25,10 +25,10 @@ fn calls_and_names_of_arguments() {
             usage,
         ]),
         call("an argument of another call", "check scene.toml --verify")
-            .says(&["unexpected argument '--verify' found", "Usage: kerfem check <SCENE>"]),
+            .says(&["unexpected argument '--verify' found", "Usage: kerfem check"]),
         call("no scene", "run").says(&["arguments were not provided: <SCENE>", usage]),
         call("two scenes", "check scene.toml scene.toml")
-            .says(&["unexpected argument 'scene.toml' found", "Usage: kerfem check <SCENE>"]),
+            .says(&["unexpected argument 'scene.toml' found", "Usage: kerfem check"]),
         call("no mesh", "quality").says(&["arguments were not provided: <MESH>", "Usage: kerfem quality"]),
         call("no sweep", "cut m.vtu").says(&["arguments were not provided: --sweep <SWEEP>", "Usage: kerfem cut"]),
         call("an argument without its value", "run scene.toml --threads").says(&["a value is required for '--threads"]),
@@ -176,9 +176,11 @@ fn places_for_results() {
             .file("out", "x")
             .at("out/beam")
             .says(&[folder]),
-        cut("an extension that is not written", "out.stl").says(&["out.stl: ", "a mesh is written to .vtu files"]),
-        cut("no extension", "out").says(&["out: ", "a mesh is written to .vtu files"]),
-        cut("an extension in capitals that is not written", "out.VTK").says(&["a mesh is written to .vtu files"]),
+        cut("an extension that is not written", "out.stl")
+            .says(&["out.stl: ", "a mesh of tetrahedra is written to .vtu files"]),
+        cut("no extension", "out").says(&["out: ", "a mesh of tetrahedra is written to .vtu files"]),
+        cut("an extension in capitals that is not written", "out.VTK")
+            .says(&["a mesh of tetrahedra is written to .vtu files"]),
         cut("a folder that does not exist", "none/out.vtu")
             .says(&["none/out.vtu: ", "a file in a folder that can be written to is needed"]),
         cut("a file as the folder of a mesh", "file.txt/out.vtu")

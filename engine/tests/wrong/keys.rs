@@ -142,14 +142,16 @@ pub(crate) const KEYS: &[Row] = &[
         "box = { size = [2, 1, 1], cells = [2, 1, 1] }",
         "",
         "scene.toml:2: mesh",
-        &["exactly one of \"file\", \"box\", \"ball\", \"plate\" is needed; none is given"],
+        &["exactly one of \"file\", \"box\", \"ball\", \"cylinder\", \"plate\" is needed; none is given"],
     ),
     (
         "two meshes",
         "[material]",
         "file = 'a.vtu'\n[material]",
         "scene.toml:4: mesh.file",
-        &["\"file\", \"box\" are given; exactly one of \"file\", \"box\", \"ball\", \"plate\" is accepted"],
+        &[
+            "\"file\", \"box\" are given; exactly one of \"file\", \"box\", \"ball\", \"cylinder\", \"plate\" is accepted",
+        ],
     ),
     (
         "a text for a number",

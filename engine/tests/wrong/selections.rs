@@ -410,7 +410,7 @@ fn initial_fields() {
         case(
             "an initial field that is a text",
             &with("'fast'"),
-            &["string \"fast\" is not accepted; numbers or expressions, or { file ="],
+            &["string \"fast\" is not accepted; a list in brackets, or { file ="],
         ),
     ]);
 }
