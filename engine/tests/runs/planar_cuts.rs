@@ -186,6 +186,25 @@ fn a_sweep_of_the_other_kind_is_refused() {
 }
 
 #[test]
+fn a_listed_set_takes_new_vertices_of_its_own_edges_only() {
+    // a strip one cell wide, held at all its vertices: every edge has both ends in the set, those across only inside
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cut.obj"), "v -1 0.4 0\nv 3 0.6 0\nl 1 2\n").unwrap();
+    let text = "name = 'strip'\n[mesh]\nplate = { size = [2, 1], cells = [4, 1] }\n[material]\nyoung = 1e5\npoisson = 0.3\n\
+        density = 1000\n[[fixed]]\nvertices = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]\n[[load]]\ngravity = [0, -10]\n[[cut]]\n\
+        sweep = 'cut.obj'\nmethod = 'subdivide'\n";
+    let scene = Scene::parse(text, folder.path().join("test.toml")).unwrap();
+    let mut s = Simulation::planar(scene).unwrap();
+    assert!(s.step(0.0).unwrap().converged);
+    let new = |v: &kerfem_mesh::VertexId| v.0 >= 10;
+    let (ends, inside): (Vec<_>, Vec<_>) =
+        (s.mesh().vertex_ids().filter(new)).partition(|v| [0.0, 2.0].contains(&s.mesh().rest_position(*v).x));
+    assert_eq!(ends.len(), 4, "two copies at either end");
+    assert!(ends.iter().all(|v| nodal(s.u(), v.index()) == Vector3::zeros()));
+    assert!(inside.len() >= 6 && inside.iter().all(|v| nodal(s.u(), v.index()).y < 0.0));
+}
+
+#[test]
 fn probes_follow_their_side_of_a_cut() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cut.obj"), "v 1.05 -1 0\nv 1.12 2 0\nl 1 2\n").unwrap();

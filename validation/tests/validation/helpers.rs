@@ -57,11 +57,6 @@ pub(crate) fn solve(assembler: &Assembler, fixed: &[bool], load: &[f64], mut u: 
     u
 }
 
-/// Sum of a flat nodal field along an axis.
-pub(crate) fn sum(field: &[f64], axis: usize) -> f64 {
-    field.iter().skip(axis).step_by(3).sum()
-}
-
 /// Largest absolute value.
 pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values
