@@ -228,7 +228,7 @@ fn counted(count: usize, [one, many]: [&str; 2]) -> String {
 fn number(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     match rounded.abs() {
-        size if size == 0.0 => "0".into(),
+        0.0 => "0".into(),
         size if (1e-4..1e7).contains(&size) => format!("{rounded}"),
         _ => format!("{rounded:e}"),
     }

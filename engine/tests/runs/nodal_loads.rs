@@ -130,6 +130,10 @@ fn what_is_wrong_with_forces_is_said() {
         refused(&format!("{text}vertices = [12]\nnodal = [[1, 0, 0]]")),
         ":14: load.nodal: vertex 12 belongs to no cell that could take a force"
     );
+    assert_eq!(
+        refused(&format!("{text}vertices = [12]\nforce = [1, 0, 0]")),
+        ":14: load.force: its vertices belong to no cell that could take a force"
+    );
 }
 
 #[test]
