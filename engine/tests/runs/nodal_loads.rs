@@ -132,7 +132,7 @@ fn what_is_wrong_with_forces_is_said() {
     );
     assert_eq!(
         refused(&format!("{text}vertices = [12]\nforce = [1, 0, 0]")),
-        ":14: load.force: its vertices belong to no cell that could take a force"
+        ":14: load.force: it acts on vertices of no cell only; at least one must belong to a cell"
     );
 }
 
