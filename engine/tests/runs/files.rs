@@ -127,6 +127,28 @@ fn physical_groups_of_a_planar_mesh_are_its_edges() {
 }
 
 #[test]
+fn groups_of_every_format_are_regions_and_hold() {
+    // twelve cells of a volume of 1/6; four of them are in the group
+    for (file, group) in [
+        ("meshio.node", "2"),
+        ("meshio.mesh", "2"),
+        ("pyvista_binary.vtk", "flag"),
+        ("pyvista_ascii.vtu", "flag"),
+    ] {
+        let sections = format!("[[region]]\ngroup = '{group}'\ndensity = 4\n[[fixed]]\ngroup = '{group}'");
+        let Ok(AnySimulation::Solid(s)) = on_sample(file, &sections) else {
+            panic!("{file} is not read as tetrahedra");
+        };
+        assert!((s.mesh_figures().mass_kg - 4.0).abs() < 1e-12, "{file}");
+        let held = s.selections().remove(0);
+        assert!(
+            (4..12).any(|n| held == format!("fixed[0] holds {n} vertices")),
+            "{file}: {held}"
+        );
+    }
+}
+
+#[test]
 fn a_group_of_edges_holds_no_edge_between_its_ends() {
     // a strip one cell high: the short ends join vertices of the two long sides, but belong to neither
     let folder = tempfile::tempdir().unwrap();
