@@ -48,7 +48,7 @@ impl Disk {
         for step in 0..ring {
             let (s, c) = (std::f64::consts::FRAC_PI_3 * (step as f64 / ring as f64)).sin_cos();
             // steps of the lattice change the color by one, the corners of a ring lie `ring` steps from the centre
-            let color = (if sector % 2 == 0 { 1 } else { 2 }) * (ring + step) % 3;
+            let color = (1 + sector % 2) * (ring + step) % 3;
             self.vertices.push(DiskVertex {
                 ring,
                 direction: [cos * c - sin * s, sin * c + cos * s],
