@@ -102,7 +102,7 @@ fn exported_load(text: &str, dimension: usize, folder: &Path) -> (Vec<[f64; 2]>,
         folder: folder.join("out"),
         verify: true,
         export_system: true,
-        until: None,
+        ..RunOptions::default()
     };
     assert_eq!(run(scene, &options, |_| true).unwrap(), Ending::Done);
     let file = std::fs::read_to_string(folder.join("out/system/f.mtx")).unwrap();

@@ -212,7 +212,7 @@ fn a_body_that_vanishes_is_no_error() {
             folder: out.clone(),
             verify: true,
             export_system: true,
-            until: None,
+            ..RunOptions::default()
         };
         let parsed = Scene::parse(&text, folder.path().join("scene.toml")).unwrap();
         assert_eq!(
