@@ -107,8 +107,8 @@ mod tests {
         }
     }
 
-    /// Every edge of the boundary is passed once in each direction, and the surface is a sphere with the area of `count`
-    /// triangles whose normals cancel.
+    /// The boundary is a sphere of `count` triangles: each edge is passed once in each direction, the normals cancel, and
+    /// vertices - edges + triangles = 2.
     fn closed_surface(mesh: &TetMesh, count: usize) {
         let mut edges = BTreeMap::new();
         let (mut normals, mut corners) = (Point::zeros(), Vec::new());
