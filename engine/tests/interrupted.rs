@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 const SCENE: &str = "name = 'beam'\n[mesh]\nbox = { size = [2, 1, 1], cells = [8, 4, 4] }\n[material]\nyoung = 2e4\n\
     poisson = 0.3\ndensity = 1000\n[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\ngravity = [0, 0, -9.81]\n[time]\n\
     scheme = 'backward-euler'\ndt = 0.01\nend = 0.3\n[[cut]]\nat = 0.095\nsweep = 'blade.obj'\n[[cut]]\nat = 0.195\n\
-    sweep = 'other.obj'\n[[probe]]\nname = 'tip'\npoint = [1.9, 0.5, 0.5]\n[output]\nevery = 0.02\n\
+    sweep = 'other.obj'\n[[probe]]\nname = 'tip'\npoint = [1.9, 0.5, 0.5]\n[output]\nevery = 0.02\nsurface = true\n\
     fields = ['displacement', 'von_mises', 'internal_force']\n";
 const BLADE: &str = "v 1.07 -5 0.51\nv 1.13 5 0.52\nv 1.11 5 5\nv 1.06 -5 5\nf 1 2 3\nf 1 3 4\n";
 const OTHER: &str = "v 0.57 -5 -3\nv 0.63 5 -3\nv 0.61 5 5\nv 0.56 -5 5\nf 1 2 3\nf 1 3 4\n";
@@ -56,12 +56,11 @@ fn assert_same(results: &Path, unbroken: &Path) {
         bytes(results, "final.vtu") == bytes(unbroken, "final.vtu"),
         "final.vtu differs"
     );
-    assert!(
-        bytes(results, "beam.pvd") == bytes(unbroken, "beam.pvd"),
-        "the list of frames differs"
-    );
-    for frame in frames(unbroken) {
-        assert!(bytes(results, &frame) == bytes(unbroken, &frame), "{frame} differs");
+    for list in ["beam.pvd", "beam_surface.pvd"] {
+        assert!(bytes(results, list) == bytes(unbroken, list), "{list} differs");
+        for frame in frames(unbroken, list) {
+            assert!(bytes(results, &frame) == bytes(unbroken, &frame), "{frame} differs");
+        }
     }
     assert_eq!(table(results), table(unbroken));
     let report = |folder: &Path| -> serde_json::Value {
@@ -77,9 +76,9 @@ fn assert_same(results: &Path, unbroken: &Path) {
     assert_eq!(report(results), report(unbroken));
 }
 
-/// The files that the list of frames names.
-fn frames(results: &Path) -> Vec<String> {
-    let list = std::fs::read_to_string(results.join("beam.pvd")).unwrap();
+/// The files that a list of frames names.
+fn frames(results: &Path, list: &str) -> Vec<String> {
+    let list = std::fs::read_to_string(results.join(list)).unwrap();
     assert!(list.trim_end().ends_with("</VTKFile>"), "{list}");
     let files = list
         .split("file=\"")
@@ -100,8 +99,11 @@ fn assert_readable(results: &Path) {
             assert!(data.point_arrays.contains_key("displacement") && data.into_tet_mesh().is_ok());
         }
     }
-    if results.join("beam.pvd").exists() {
-        frames(results)
+    for list in ["beam.pvd", "beam_surface.pvd"]
+        .into_iter()
+        .filter(|l| results.join(l).exists())
+    {
+        frames(results, list)
             .iter()
             .for_each(|f| assert!(results.join(f).is_file(), "{f}"));
     }
@@ -205,7 +207,7 @@ fn a_run_that_has_ended_can_be_prolonged_and_another_scene_is_refused() {
     run(folder.path(), &["run", "scene.toml", "--resume"]);
     let results = folder.path().join("out/beam");
     assert_eq!(table(&results).len(), 1 + 32);
-    assert_eq!(frames(&results).len(), 17);
+    assert_eq!(frames(&results, "beam.pvd").len(), 17);
     std::fs::write(results.join("state.kerfem"), "kerfem save\n").unwrap();
     assert!(refused(&["run", "scene.toml", "--resume"]).contains("cut short"));
     assert!(refused(&["run", "scene.toml", "--save-every", "-1"]).contains("--save-every"));

@@ -118,18 +118,20 @@ fn a_planar_body_is_saved_too() {
     assert!(s.mesh().num_cells() > 64, "the cut was made");
 }
 
+/// The bytes of a small save, written to `path`.
+fn saved(path: &Path) -> Vec<u8> {
+    let sections = SECTIONS.replace("[8, 17, 26]", "[8, 17]");
+    let text = box_scene([2.0, 1.0, 1.0], [2, 2, 2], &sections);
+    let s = Simulation::new(Scene::parse(&text, "test.toml").unwrap()).unwrap();
+    s.save(path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
 #[test]
 fn what_is_no_save_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.kerfem");
-    let text = box_scene(
-        [2.0, 1.0, 1.0],
-        [2, 2, 2],
-        SECTIONS.replace("[8, 17, 26]", "[8, 17]").as_str(),
-    );
-    let s = Simulation::new(Scene::parse(&text, "test.toml").unwrap()).unwrap();
-    s.save(&path).unwrap();
-    let whole = std::fs::read(&path).unwrap();
+    let whole = saved(&path);
     let refused = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
         let error = Simulation::restore(&path).unwrap_err();
@@ -165,16 +167,7 @@ fn what_is_no_save_is_refused() {
 fn a_forged_save_is_refused_or_restored() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("state.kerfem");
-    let text = box_scene(
-        [2.0, 1.0, 1.0],
-        [2, 2, 2],
-        SECTIONS.replace("[8, 17, 26]", "[8, 17]").as_str(),
-    );
-    Simulation::new(Scene::parse(&text, "test.toml").unwrap())
-        .unwrap()
-        .save(&path)
-        .unwrap();
-    let whole = std::fs::read(&path).unwrap();
+    let whole = saved(&path);
     const HEAD: usize = 32;
     let (mut refused, mut state) = (0, 1u64);
     for _ in 0..1000 {
