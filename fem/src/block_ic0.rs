@@ -160,7 +160,7 @@ mod tests {
     use kerfem_mesh::generate;
 
     use super::*;
-    use crate::{Assembler, Material};
+    use crate::{Assembler, LinearSolver, Material, PreconditionerKind, SolverKind, SolverOptions};
 
     /// A stiffness with all dofs free and its diagonal blocks multiplied by `factor`.
     fn matrix(factor: f64) -> BlockMatrix {
@@ -200,6 +200,35 @@ mod tests {
         }
         assert_eq!(factor.shift, 0.0);
         assert!(factor.refresh(&matrix(-1.0), &free).is_err());
+    }
+
+    #[test]
+    fn a_solver_that_recalls_what_another_has_learnt_goes_on_with_the_same_bits() {
+        let options = SolverOptions {
+            kind: SolverKind::Cg,
+            preconditioner: PreconditionerKind::BlockIc0,
+            tolerance: 1e-6,
+            max_iterations: 1000,
+        };
+        let (hard, easy) = (matrix(0.6), matrix(2.0));
+        let free = vec![false; 3 * easy.rows()];
+        let b: Vec<f64> = (0..free.len()).map(|d| ((5 * d) % 13) as f64 - 6.0).collect();
+        let solution = |solver: &mut LinearSolver| {
+            let mut x = vec![0.0; b.len()];
+            solver.solve(&easy, &free, &b, &mut x).unwrap();
+            x
+        };
+        let mut learnt = LinearSolver::new(options);
+        // indefinite: no solution, but a shift
+        assert!(learnt.solve(&hard, &free, &b, &mut vec![0.0; b.len()]).is_err());
+        assert!(learnt.memory() > 0.1, "{}", learnt.memory());
+        let (mut recalls, mut fresh) = (LinearSolver::new(options), LinearSolver::new(options));
+        recalls.recall(learnt.memory());
+        let expected = solution(&mut learnt);
+        assert_eq!(solution(&mut recalls), expected);
+        assert_ne!(solution(&mut fresh), expected);
+        recalls.recall(f64::NAN);
+        assert_eq!(recalls.memory(), learnt.memory());
     }
 
     #[test]
