@@ -273,6 +273,21 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         ),
         (
             "[time]",
+            "[[quantity]]\nname = \"q\"\njump = { at = [1, 0, 0], normal = [0, 0, 0] }\n[time]",
+            "s.toml:14: quantity.jump: normal = 0 has no direction; a vector across the cut is needed",
+        ),
+        (
+            "[time]",
+            "[[quantity]]\nname = \"q\"\njump = { at = [1, 0], normal = [0, 0, 1] }\n[time]",
+            "s.toml:14: quantity.jump: 2 components are given; 3 are needed",
+        ),
+        (
+            "[time]",
+            "[[quantity]]\nname = \"q\"\njump = { at = [1, 0, inf], normal = [0, 0, 1] }\n[time]",
+            "s.toml:14: quantity.jump: inf is not accepted; finite numbers are needed",
+        ),
+        (
+            "[time]",
             "[model]\norder = 2\n[time]",
             "s.toml:13: model.order: 2 is not available yet; accepted: 1",
         ),
@@ -320,6 +335,15 @@ fn message_with_mesh(from: &str, to: &str) -> String {
     let error = Simulation::new(scene).unwrap_err();
     assert_eq!(error.exit_code(), 2);
     error.to_string()
+}
+
+#[test]
+fn stress_intensities_are_not_available_yet() {
+    let quantity = "[[quantity]]\nname = \"q\"\nKI = { front = [1, 0, 0], normal = [0, 0, 1] }\n[time]";
+    let found = message("[time]", quantity);
+    let wanted = "s.toml:14: quantity.KI: \"KI\" is not available yet; accepted: \"name\", \"mean\", \"max\", \"min\", \"point\", \
+        \"jump\", \"component\", \"energy\", \"reaction\", \"where\"";
+    assert_eq!(found, wanted);
 }
 
 #[test]
