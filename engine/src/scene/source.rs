@@ -239,6 +239,9 @@ pub(super) fn explain(message: &str) -> String {
     if message == "wanted exactly 1 element, more than 1 element" {
         return "a list of sections is not accepted; one section is needed".into();
     }
+    if message.starts_with("invalid length ") && message.contains("struct ") {
+        return "a list is not accepted; a table is needed".into();
+    }
     if let Some(rest) = message.strip_prefix("missing field ") {
         return format!("the key {} is missing", rest.replace('`', "\""));
     }

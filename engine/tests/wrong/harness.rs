@@ -170,7 +170,7 @@ pub(crate) fn refused(cases: impl IntoIterator<Item = Wrong>) {
     }
     assert!(
         mistakes.is_empty(),
-        "{} of {count} cases:\n{}",
+        "{} faults in {count} cases:\n{}",
         mistakes.len(),
         mistakes.join("\n")
     );

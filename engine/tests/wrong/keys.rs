@@ -217,6 +217,13 @@ pub(crate) const KEYS: &[Row] = &[
         &["2 entries are given; a list of 3 is needed"],
     ),
     (
+        "a list for a table",
+        "box = { size = [2, 1, 1], cells = [2, 1, 1] }",
+        "box = [[2, 1, 1]]",
+        "scene.toml:3: mesh.box",
+        &["a list is not accepted; a table is needed"],
+    ),
+    (
         "too many numbers",
         "size = [2, 1, 1]",
         "size = [2, 1, 1, 1]",

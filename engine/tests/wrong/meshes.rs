@@ -20,6 +20,9 @@ const POINTS: [[&str; 3]; 5] = [
     ["1", "1", "1"],
 ];
 
+/// Names and contents of files.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// The formats written as text.
 const FORMATS: [&str; 6] = ["vtu", "vtk", "2.2.msh", "4.1.msh", "mesh", "ele"];
 
@@ -181,7 +184,7 @@ fn in_scene_and_alone(name: &str, files: &[(String, Vec<u8>)], fault: &str, part
 /// A figure in a format; its points are at fault, or its cells.
 fn in_format(name: &str, format: &str, figure: &Figure, fault: Fault, parts: &[&str]) -> [Wrong; 2] {
     let files = files(format, figure).into_iter();
-    let files: Vec<(String, Vec<u8>)> = files.map(|(n, t)| (n, t.into_bytes())).collect();
+    let files: Files = files.map(|(n, t)| (n, t.into_bytes())).collect();
     let file = match fault {
         Fault::Points => &files[files.len() - 1].0,
         Fault::Cells => &files[0].0,
@@ -357,6 +360,7 @@ fn binary_coordinates_that_are_not_finite() {
             ("meshio_42_binary.vtk", "POINTS", 24, true),
             ("meshio_51_binary.vtk", "POINTS", 24, true),
             ("gmsh_2.2_binary.msh", "$Nodes\n", 4, false),
+            ("gmsh_4.1_binary.msh", "$Nodes", 60, false),
         ] {
             let value = if big { value.to_be_bytes() } else { value.to_le_bytes() };
             let file = format!("m.{}", name.rsplit('.').next().unwrap());
@@ -448,6 +452,16 @@ fn truncated_files() {
 fn files_that_are_no_mesh() {
     let hexahedron = "MeshVersionFormatted 2\nDimension 3\nVertices\n8\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 0\n0 0 1 0\n1 0 1 0\n1 1 1 0\n0 1 1 0\n\
         Hexahedra\n1\n1 2 3 4 5 6 7 8 0\nEnd\n";
+    let second_order = format!(
+        "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 10 double\n{}CELLS 1 11\n10 0 1 2 3 4 5 6 7 8 9\n\
+         CELL_TYPES 1\n24\n",
+        "0 0 0\n".repeat(10)
+    );
+    let mixed = format!(
+        "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n{}CELLS 2 14\n4 0 1 2 3\n\
+         8 0 1 2 3 4 5 6 7\nCELL_TYPES 2\n10\n12\n",
+        "0 0 0\n".repeat(8)
+    );
     let file = |name: &str, content: &[u8]| vec![(name.to_owned(), content.to_vec())];
     let surface = POINTS.map(|p| p);
     let surface = files(
@@ -486,7 +500,7 @@ fn files_that_are_no_mesh() {
                 "tetrahedra or triangles in that plane are needed",
             ]),
     ];
-    for (name, files, parts) in [
+    let rows: Vec<(&str, Files, &[&str])> = vec![
         (
             "an unknown extension",
             file("m.stp", b"x"),
@@ -506,6 +520,16 @@ fn files_that_are_no_mesh() {
             "hexahedra in .vtu",
             file("m.vtu", &sample("hexahedron.vtu")),
             &["hexahedron"],
+        ),
+        (
+            "second order in .vtk",
+            file("m.vtk", second_order.as_bytes()),
+            &["cell 0 (from zero)", "accepted"],
+        ),
+        (
+            "a hexahedron among tetrahedra",
+            file("m.vtk", mixed.as_bytes()),
+            &["cell 1 (from zero)", "hexahedron", "accepted"],
         ),
         (
             "second order in .msh",
@@ -529,7 +553,8 @@ fn files_that_are_no_mesh() {
             &["accepted"],
         ),
         ("nothing as a .vtu", file("m.vtu", b""), &["is not an XML document"]),
-    ] {
+    ];
+    for (name, files, parts) in rows {
         cases.extend(in_scene_and_alone(name, &files, &files[0].0, parts));
     }
     let scaled = scene_of("m.vtu").replace("file = 'm.vtu'", "file = 'm.vtu'\nscale = 1e308");

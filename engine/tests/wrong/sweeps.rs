@@ -42,6 +42,54 @@ fn sweeps_that_are_none() {
 }
 
 #[test]
+fn sweeps_that_are_not_finite() {
+    let mut stl = sample("pyvista_surface_binary.stl");
+    stl[84 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let vtp = String::from_utf8(sample("pyvista_surface_ascii.vtp")).unwrap();
+    let vtp = |place: &str| changed(&vtp, "1 1 0 0 1 0", &format!("1 {place} 0 0 1 0"));
+    let cases = [
+        in_scene_and_alone("NaN in a binary .stl", "s.stl", &stl, &["NaN"]),
+        in_scene_and_alone(
+            "NaN in a .vtp",
+            "s.vtp",
+            vtp("nan").as_bytes(),
+            &["(1, NaN, 0) is not finite"],
+        ),
+        in_scene_and_alone(
+            "infinity in a .vtp",
+            "s.vtp",
+            vtp("-inf").as_bytes(),
+            &["(1, -inf, 0) is not finite"],
+        ),
+        in_scene_and_alone(
+            "a word in a .vtp",
+            "s.vtp",
+            vtp("one").as_bytes(),
+            &["'one'; a number is accepted"],
+        ),
+    ];
+    refused(cases.into_iter().flatten());
+}
+
+#[test]
+fn sweeps_and_meshes_that_do_not_fit() {
+    let plate = "MeshVersionFormatted 2\nDimension 2\nVertices 3\n0 0 0\n2 0 0\n0 2 0\nTriangles 1\n1 2 3 0\nEnd\n";
+    let shell = plate
+        .replace("Dimension 2", "Dimension 3")
+        .replace("0 0 0\n2 0 0\n0 2 0\n", "0 0 0 0\n2 0 0 0\n0 2 1 0\n");
+    refused([
+        Wrong::calls("a surface for a plate", &["cut m.mesh --sweep blade.obj -o out.vtu"])
+            .file("m.mesh", plate)
+            .at("--sweep")
+            .says(&["blade.obj: it holds no line segment; triangles in the plane are cut by line segments"]),
+        Wrong::calls("a surface in space", &["cut m.mesh --sweep blade.obj -o out.vtu"])
+            .file("m.mesh", shell)
+            .at("m.mesh")
+            .says(&["a surface in space (z = 1) cannot be cut yet; accepted: tetrahedra, triangles with z = 0"]),
+    ]);
+}
+
+#[test]
 fn sweeps_that_are_missing_or_do_not_fit() {
     let none = "cannot be read: No such file or directory";
     let second = format!("{SOLID}[[cut]]\nsweep = 'other.obj'\n");
