@@ -78,12 +78,24 @@ pub(crate) fn solver(scene: &Scene, model: Model, unknowns: usize, choices: &mut
         PreconditionerName::Jacobi => PreconditionerKind::Jacobi,
         PreconditionerName::BlockJacobi => PreconditionerKind::BlockJacobi,
         PreconditionerName::BlockIc0 => PreconditionerKind::BlockIc0,
+        PreconditionerName::Multigrid => PreconditionerKind::Multigrid,
         PreconditionerName::Auto => {
+            let (name, chosen, why) = match statics {
+                true => (
+                    "multigrid",
+                    PreconditionerKind::Multigrid,
+                    "its iterations hardly depend on the size of the mesh",
+                ),
+                false => (
+                    "block-ic0",
+                    PreconditionerKind::BlockIc0,
+                    "a third of the iterations of block-jacobi, and made anew at little cost in each step",
+                ),
+            };
             if kind == SolverKind::Cg {
-                let why = "a third of the iterations of block-jacobi".into();
-                note(choices, "solver.preconditioner", "block-ic0", why);
+                note(choices, "solver.preconditioner", name, why.into());
             }
-            PreconditionerKind::BlockIc0
+            chosen
         }
     };
     let newton = model == Model::Corotated && scene.time.nonlinear == Nonlinear::Newton;

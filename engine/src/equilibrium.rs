@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use kerfem_fem::{Assembler, BlockMatrix, FemError, LinearSolver, Model, Scales, Tangent};
-use kerfem_mesh::{SimplexMesh, quality};
+use kerfem_mesh::{Point, SimplexMesh, quality};
 
 use crate::MassKind;
 use crate::damping::{Damping, Viscosity};
@@ -171,6 +171,7 @@ impl Equilibrium {
         u: &mut [f64],
     ) -> Result<Solved, FemError> {
         let mut done = Solved::default();
+        set_positions(body, solver, u);
         let mut tangent = if goal.one_step { Tangent::Warped } else { Tangent::Exact };
         let clock = Instant::now();
         self.damping.begin(body, &goal.viscosity);
@@ -410,6 +411,15 @@ impl Equilibrium {
         let size = elastic.abs() + work.abs() + inertial + viscous;
         (elastic + inertial + viscous - work, size)
     }
+}
+
+/// Tells the solver where the vertices are that the matrix is about: at `u`, or at rest for the linear model.
+fn set_positions<const N: usize>(body: &Body<'_, N>, solver: &mut LinearSolver, u: &[f64]) {
+    let moved = body.mesh.rest_positions().iter().zip(u.as_chunks().0);
+    solver.set_positions(moved.map(|(p, u)| match body.model {
+        Model::Linear => (*p).into(),
+        Model::Corotated => (p + Point::from(*u)).into(),
+    }));
 }
 
 /// `out := M x` with the mass of the body.

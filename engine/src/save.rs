@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use kerfem_fem::PreconditionerKind;
 use kerfem_mesh::io::{IoError, write_atomically};
 use kerfem_mesh::{CellId, SimplexMesh, VertexId};
 use serde::de::DeserializeOwned;
@@ -61,7 +62,8 @@ struct Content<'a, const N: usize, Extra: Clone> {
 }
 
 impl<const N: usize> Simulation<N> {
-    /// Writes a save: whole or not at all.
+    /// Writes a save: whole or not at all. What goes on from it has the same bits, except with the preconditioner "multigrid",
+    /// whose levels depend on what came before and are not part of a save.
     ///
     /// # Errors
     /// [`EngineError::Write`].
@@ -159,6 +161,13 @@ impl<const N: usize> Simulation<N> {
         simulation.warnings = content.warnings.into_owned();
         simulation.seconds = content.seconds;
         simulation.solver_figures = content.solver_figures;
+        if simulation.solver.options().preconditioner == PreconditionerKind::Multigrid {
+            simulation.warn(
+                "the levels of multigrid are set up anew after a restart: results agree to the tolerance of the solver, \
+                 not to the bit"
+                    .into(),
+            );
+        }
         Ok((simulation, content.extra.into_owned()))
     }
 }

@@ -1,6 +1,7 @@
 //! Preconditioners for conjugate gradients.
 
 use crate::block_ic0::BlockIc0;
+use crate::multigrid::Multigrid;
 use crate::small::{self, Block, IDENTITY, masked_diagonal};
 use crate::solver::PreconditionerKind;
 use crate::{BlockMatrix, FemError};
@@ -16,6 +17,8 @@ pub(crate) enum Preconditioner {
     BlockJacobi(Vec<Block>),
     /// Incomplete block factorisation.
     BlockIc0(BlockIc0),
+    /// Smoothed aggregation multigrid.
+    Multigrid(Multigrid),
 }
 
 impl Preconditioner {
@@ -26,13 +29,14 @@ impl Preconditioner {
             PreconditionerKind::Jacobi => Preconditioner::Jacobi(Vec::new()),
             PreconditionerKind::BlockJacobi => Preconditioner::BlockJacobi(Vec::new()),
             PreconditionerKind::BlockIc0 => Preconditioner::BlockIc0(BlockIc0::default()),
+            PreconditionerKind::Multigrid => Preconditioner::Multigrid(Multigrid::default()),
         }
     }
 
     /// Takes over the values of a matrix.
     ///
     /// # Errors
-    /// [`FemError::NotPositiveDefinite`] if a diagonal block is not.
+    /// [`FemError::NotPositiveDefinite`] if a diagonal block is not; for multigrid also if its positions do not fit.
     pub(crate) fn refresh(&mut self, a: &BlockMatrix, fixed: &[bool]) -> Result<(), FemError> {
         match self {
             Preconditioner::None => Ok(()),
@@ -64,6 +68,7 @@ impl Preconditioner {
                 Ok(())
             }
             Preconditioner::BlockIc0(factor) => factor.refresh(a, fixed),
+            Preconditioner::Multigrid(levels) => levels.refresh(a, fixed),
         }
     }
 
@@ -85,6 +90,14 @@ impl Preconditioner {
                 blocks.for_each(|(z, (r, d))| *z = small::times(d, r));
             }
             Preconditioner::BlockIc0(factor) => factor.apply(r, z),
+            Preconditioner::Multigrid(levels) => levels.apply(r, z),
+        }
+    }
+
+    /// Hears how many iterations a solve took.
+    pub(crate) fn note_iterations(&mut self, iterations: usize) {
+        if let Preconditioner::Multigrid(levels) = self {
+            levels.note_iterations(iterations);
         }
     }
 }

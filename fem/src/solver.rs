@@ -2,6 +2,7 @@
 
 use crate::cg::{self, Workspace, masked_multiply};
 use crate::cholesky::Cholesky;
+use crate::multigrid::MultigridWork;
 use crate::preconditioner::Preconditioner;
 use crate::vector::{first_not_finite, norm};
 use crate::{BlockMatrix, FemError};
@@ -25,6 +26,9 @@ pub enum PreconditionerKind {
     BlockJacobi,
     /// Incomplete Cholesky factorisation by 3x3 blocks, without fill.
     BlockIc0,
+    /// Smoothed aggregation multigrid: iterations hardly depend on the size of the mesh. Needs
+    /// [`LinearSolver::set_positions`].
+    Multigrid,
 }
 
 /// How systems are solved.
@@ -126,6 +130,23 @@ impl LinearSolver {
         }
     }
 
+    /// Where the vertices are (m), one position a vertex slot: needed by [`PreconditionerKind::Multigrid`], before its first solve
+    /// and after every change of the mesh; others do not look at them. With [`crate::Model::Corotated`] best the current
+    /// positions: they are read when the levels are set up.
+    pub fn set_positions(&mut self, positions: impl IntoIterator<Item = [f64; 3]>) {
+        if let Preconditioner::Multigrid(levels) = &mut self.preconditioner {
+            levels.set_positions(positions);
+        }
+    }
+
+    /// What the multigrid preconditioner has done so far, if that is the one.
+    pub fn multigrid_work(&self) -> Option<MultigridWork> {
+        match &self.preconditioner {
+            Preconditioner::Multigrid(levels) => Some(levels.work()),
+            _ => None,
+        }
+    }
+
     /// Frees what belongs to the old pattern, after a cut. Not needed for correctness: a new pattern is recognised.
     pub fn pattern_changed(&mut self) {
         self.cholesky = None;
@@ -137,8 +158,8 @@ impl LinearSolver {
     /// At `max_iterations`, `x` is the last iterate and `converged` false. No free dof or `b = 0`: no iterations.
     ///
     /// # Errors
-    /// [`FemError::Length`], [`FemError::NotFinite`], [`FemError::NotPositiveDefinite`] (a free piece in statics),
-    /// [`FemError::OutOfMemory`]; `x` is then as it was.
+    /// [`FemError::Length`] (also of missing positions), [`FemError::NotFinite`], [`FemError::NotPositiveDefinite`] (a free
+    /// piece in statics), [`FemError::OutOfMemory`]; `x` is then as it was.
     pub fn solve(&mut self, a: &BlockMatrix, fixed: &[bool], b: &[f64], x: &mut [f64]) -> Result<SolveInfo, FemError> {
         check(a, fixed, b, x)?;
         self.prepare(a, fixed, b, x);
@@ -233,6 +254,7 @@ impl LinearSolver {
                 break;
             }
         }
+        self.preconditioner.note_iterations(iterations);
         Ok(iterations)
     }
 

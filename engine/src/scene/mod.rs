@@ -434,6 +434,8 @@ pub enum PreconditionerName {
     BlockJacobi,
     /// Incomplete Cholesky factors in the pattern of the matrix.
     BlockIc0,
+    /// Smoothed aggregation multigrid: iterations that hardly depend on the size of the mesh.
+    Multigrid,
     /// Left to the engine.
     Auto,
 }
