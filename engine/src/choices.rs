@@ -12,6 +12,9 @@ const DIRECT: usize = 20_000;
 /// Linear solves inside Newton's method need no more than this: the next step corrects what is left.
 const NEWTON_TOLERANCE: f64 = 1e-3;
 
+/// Poisson's ratio above which plain elements are too stiff by more than their size alone tells.
+const LOCKS: f64 = 0.45;
+
 /// Every choice of a run, by the key of the scene it stands for.
 pub type Choices = BTreeMap<String, Choice>;
 
@@ -45,10 +48,12 @@ pub(crate) fn model(scene: &Scene, choices: &mut Choices) -> Model {
 /// Notes what "auto" means for locking: elements without a cure.
 pub(crate) fn locking(scene: &Scene, choices: &mut Choices) {
     if scene.model.locking == "auto" {
-        let why = format!(
-            "no cure is available yet; displacements may be too small at poisson = {}",
-            scene.material.poisson
-        );
+        let poissons = scene.region.iter().filter_map(|r| r.poisson);
+        let poisson = poissons.fold(scene.material.poisson, f64::max);
+        let why = match poisson > LOCKS {
+            true => format!("no cure is available yet; displacements will be too small at poisson = {poisson}"),
+            false => format!("poisson = {poisson} needs no cure"),
+        };
         note(choices, "model.locking", "none", why);
     }
 }

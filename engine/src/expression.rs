@@ -606,7 +606,10 @@ fn unknown_name(name: &str) -> String {
         .collect();
     match crate::nearest::nearest(name, known.iter().copied()) {
         Some(close) => format!("\"{name}\" is not known; did you mean \"{close}\"?"),
-        None => format!("\"{name}\" is not known; variables are x, y, z and t"),
+        None => format!(
+            "\"{name}\" is not known; variables are x, y, z and t, functions {}",
+            known.join(" ")
+        ),
     }
 }
 

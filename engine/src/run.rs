@@ -80,6 +80,27 @@ struct Meshes {
     r#final: MeshFigures,
 }
 
+/// What a run has come to, for whoever tells it.
+#[derive(Clone, Copy, Debug)]
+pub struct Closing<'a> {
+    /// Time it began at, if it went on from a save (s).
+    pub resumed_at: Option<f64>,
+    /// Time it has come to (s).
+    pub time: f64,
+    /// Steps done, those before a save included.
+    pub steps: usize,
+    /// Cuts made, those without effect included.
+    pub cuts: &'a [CutRecord],
+    /// Pieces of the body, connected through facets.
+    pub pieces: usize,
+    /// Figures of the solver.
+    pub solver: SolverFigures,
+    /// What `verify` found, if it was asked for.
+    pub verification: Option<&'a VerifyFigures>,
+    /// What the user should know.
+    pub warnings: &'a [String],
+}
+
 /// Runs a scene; `after_step` sees each step and says whether to go on.
 ///
 /// Writes `frames/`, `NAME.pvd` (and `surface/`, `NAME_surface.pvd`), `steps.csv` and saves as it goes, and `final.vtu`,
@@ -93,18 +114,37 @@ pub fn run(
     options: &RunOptions,
     after_step: impl FnMut(&StepInfo) -> bool,
 ) -> Result<Ending, EngineError> {
+    run_and_tell(scene, options, after_step, |_| {})
+}
+
+/// [`run`]; once all is written, `tell` hears what it has come to, however it ended.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_and_tell(
+    scene: Scene,
+    options: &RunOptions,
+    after_step: impl FnMut(&StepInfo) -> bool,
+    tell: impl FnOnce(&Closing<'_>),
+) -> Result<Ending, EngineError> {
     let clock = Instant::now();
     let (simulation, progress) = match options.resume {
         true => {
             let path = options.folder.join(SAVE);
+            if !path.exists() {
+                return Err(EngineError::Scene {
+                    place: path.display().to_string(),
+                    message: "there is no save to go on from; without --resume the run begins anew".into(),
+                });
+            }
             let (simulation, progress) = AnySimulation::restore_with(&path, |saved| scene.resuming(&saved))?;
             (simulation, Some(progress))
         }
         false => (AnySimulation::new(scene)?, None),
     };
     match simulation {
-        AnySimulation::Solid(simulation) => run_to_end(simulation, progress, clock, options, after_step),
-        AnySimulation::Planar(simulation) => run_to_end(simulation, progress, clock, options, after_step),
+        AnySimulation::Solid(simulation) => run_to_end(simulation, progress, clock, options, after_step, tell),
+        AnySimulation::Planar(simulation) => run_to_end(simulation, progress, clock, options, after_step, tell),
     }
 }
 
@@ -114,7 +154,9 @@ fn run_to_end<const N: usize>(
     clock: Instant,
     options: &RunOptions,
     mut after_step: impl FnMut(&StepInfo) -> bool,
+    tell: impl FnOnce(&Closing<'_>),
 ) -> Result<Ending, EngineError> {
+    let resumed_at = progress.is_some().then_some(simulation.state.time);
     simulation.record_figures(true);
     if simulation.verification().is_none() || !options.verify {
         simulation.verify(options.verify);
@@ -138,6 +180,16 @@ fn run_to_end<const N: usize>(
         Err(e) => Some(e.to_string()),
     };
     write_report(&options.folder, &simulation, writers.initial, stopped)?;
+    tell(&Closing {
+        resumed_at,
+        time: simulation.state.time,
+        steps: simulation.state.step,
+        cuts: &simulation.cuts,
+        pieces: simulation.mesh.pieces().1,
+        solver: simulation.solver_figures,
+        verification: simulation.verification(),
+        warnings: &simulation.warnings,
+    });
     let broken = simulation.verification().is_some_and(|v| !v.is_ok());
     match result? {
         Ending::Done if broken => Ok(Ending::Broken),
@@ -165,7 +217,13 @@ impl Writers {
         let folder = &options.folder;
         let table = match &progress {
             Some(progress) => StepTable::resumed(folder, progress.table_bytes)?,
-            None => StepTable::new(folder, simulation)?,
+            None => {
+                // what an earlier run left would be taken for this one's if this one is killed
+                [SAVE, "final.vtu", "report.json"]
+                    .iter()
+                    .try_for_each(|file| output::remove_file(&folder.join(file)))?;
+                StepTable::new(folder, simulation)?
+            }
         };
         let progress = progress.unwrap_or_else(|| Progress {
             initial: simulation.mesh_figures(),
@@ -226,7 +284,9 @@ fn advance<const N: usize>(
     let slack = 1e-9 * dt;
     if steps_in_time && simulation.state.step == 0 {
         writers.frame(simulation, slack)?;
-        writers.offer_save(simulation)?;
+        if writers.save_every.is_some() {
+            writers.save(simulation)?;
+        }
     }
     let mut ending = Ending::Done;
     let result = loop {

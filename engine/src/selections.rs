@@ -94,6 +94,12 @@ impl<const N: usize> Simulation<N> {
         lines.into_iter().chain(more).flatten().collect()
     }
 
+    /// The box around the body at rest, by its corners (m).
+    pub fn extents(&self) -> String {
+        let points = self.mesh.cell_ids().flat_map(|c| self.mesh.cell_rest_positions(c));
+        self.place(&Aabb::around(points))
+    }
+
     fn region_lines(&self) -> Vec<String> {
         let line = |i: usize| {
             let cells = self
@@ -128,7 +134,12 @@ impl<const N: usize> Simulation<N> {
     fn load_lines(&self) -> Vec<String> {
         let total = |i, t| {
             let total = self.loads.total(i, &self.mesh, &self.assembler, t);
-            format!("{} N", self.vector(&total))
+            // what is left of components that cancel is rounding
+            let rounding = 1e-12 * total.amax();
+            format!(
+                "{} N",
+                self.vector(&total.map(|x| if x.abs() < rounding { 0.0 } else { x }))
+            )
         };
         let totals = |i, uses_time| match self.scene.time.end.filter(|_| uses_time) {
             None => format!("{} in all", total(i, 0.0)),
@@ -179,6 +190,26 @@ impl<const N: usize> Simulation<N> {
 
     fn cut_lines(&self) -> Vec<String> {
         self.pending.iter().map(|cut| self.cut_line(cut)).collect()
+    }
+
+    /// What will come to nothing as far as the start can tell: cuts after the last step begins.
+    pub(crate) fn late_cuts(&self) -> Vec<String> {
+        let (Scheme::BackwardEuler | Scheme::Midpoint, Some(dt), Some(end)) =
+            (self.scene.time.scheme, self.scene.time.dt, self.scene.time.end)
+        else {
+            return Vec::new();
+        };
+        let last = ((end / dt - 1e-9).ceil() - 1.0).max(0.0) * dt;
+        let late = self.pending.iter().filter(|c| c.at - 1e-9 * dt > last);
+        late.map(|c| {
+            format!(
+                "cut[{}] at {} s will not be made: the last step begins at {} s",
+                c.index,
+                number(c.at),
+                number(last)
+            )
+        })
+        .collect()
     }
 
     fn cut_line(&self, cut: &PendingCut) -> String {

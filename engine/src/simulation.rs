@@ -186,6 +186,8 @@ impl<const N: usize> Simulation<N> {
         simulation.loads.check_values(scene, mesh, &simulation.assembler)?;
         let conflicts = simulation.fixed.conflicts(scene, mesh);
         simulation.warnings.splice(..0, conflicts);
+        let late = simulation.late_cuts();
+        simulation.warnings.extend(late);
         simulation.pinched = pinched_vertices(&simulation.mesh).collect();
         if let Some(v) = simulation.pinched.first() {
             let count = simulation.pinched.len();

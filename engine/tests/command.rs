@@ -288,6 +288,68 @@ fn quality_measures_surfaces_in_space() {
     let number = |key: &str| found["quality"][key].as_f64().unwrap();
     assert!(number("min_radius_ratio") > 0.77 && number("max_over_min_edge") < 2.1);
     let text = kerfem(folder.path(), &["quality", "cap.vtp"]).stdout;
-    let line = format!("area {:e} m2", kerfem_mesh::quality::volume(&cap));
+    let line = format!("area {:.6e} m2", kerfem_mesh::quality::volume(&cap));
     assert!(String::from_utf8_lossy(&text).lines().any(|l| l == line));
+}
+
+#[test]
+fn a_run_says_what_it_came_to_and_what_to_know() {
+    let late = "[[cut]]\nat = 0.054\nsweep = 'blade.obj'\n[[cut]]\nat = 0.01\nsweep = 'far.obj'\n[output]";
+    let folder = folder_with(&SCENE.replace("[output]", late));
+    std::fs::write(folder.path().join("far.obj"), BLADE.replace("v 1", "v 91")).unwrap();
+    let told = |output: Output| (String::from_utf8_lossy(&output.stdout).into_owned(), stderr(&output));
+    let (line, warnings) = told(kerfem(folder.path(), &["run", "scene.toml", "--verify"]));
+    assert_eq!(
+        line,
+        "out/beam: 6 steps, t = 0.055 s, 2 cuts (1 without effect), 1 pieces, verify: ok\n"
+    );
+    let warnings: Vec<&str> = warnings.lines().collect();
+    assert_eq!(
+        warnings[0],
+        "kerfem: warning: cut[1] at 0.054 s will not be made: the last step begins at 0.05 s"
+    );
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.contains("cut at 0.01 s: the sweep changes nothing")),
+        "{warnings:?}"
+    );
+    assert!(
+        warnings.iter().all(|w| w.starts_with("kerfem: warning: ")),
+        "{warnings:?}"
+    );
+    assert_eq!(
+        told(kerfem(folder.path(), &["run", "scene.toml", "--quiet"])),
+        Default::default()
+    );
+    let (text, _) = told(kerfem(folder.path(), &["check", "scene.toml"]));
+    assert!(text.contains("\nwarning: cut[1] at 0.054 s will not be made"), "{text}");
+    assert!(text.contains("\nbox [0, 0, 0] .. [2, 1, 1]\n"), "{text}");
+    let hard = folder_with(
+        &SCENE
+            .replace(
+                "[output]",
+                "[solver]\nmax_iterations = 1\ntolerance = 1e-12\nkind = 'cg'\n[output]",
+            )
+            .replace("end = 0.055", "end = 0.055\nnonlinear = 'one-step'"),
+    );
+    let (line, _) = told(kerfem(hard.path(), &["run", "scene.toml"]));
+    assert!(
+        line.contains("6 steps missed the tolerance (residuals up to "),
+        "{line}"
+    );
+}
+
+#[test]
+fn quality_lists_what_a_scene_can_name() {
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/../mesh/tests/samples/groups_4.1.msh");
+    let folder = tempfile::tempdir().unwrap();
+    let text = String::from_utf8_lossy(&kerfem(folder.path(), &["quality", sample]).stdout).into_owned();
+    assert!(text.contains("box [0.0, 0.0, 0.0] .. [2.0, 1.0, 1.0]\n"), "{text}");
+    for group in ["group \"body\": ", "group \"between\": "] {
+        assert!(text.contains(group), "{text}");
+    }
+    let json = kerfem(folder.path(), &["quality", sample, "--json"]).stdout;
+    let found: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert!(found["groups"]["body"]["tetrahedra"].as_u64().unwrap() > 0, "{found}");
 }

@@ -194,7 +194,7 @@ fn a_run_that_has_ended_can_be_prolonged_and_another_scene_is_refused() {
         assert_eq!((output.status.code(), text.lines().count()), (Some(2), 1), "{text}");
         text
     };
-    assert!(refused(&["run", "scene.toml", "--resume"]).contains("state.kerfem: cannot be read"));
+    assert!(refused(&["run", "scene.toml", "--resume"]).contains("state.kerfem: there is no save to go on from"));
     assert!(!folder.path().join("out").exists());
     run(folder.path(), &["run", "scene.toml", "--until", "0.1"]);
     std::fs::write(&scene, SCENE.replace("2e4", "3e4")).unwrap();
@@ -211,4 +211,40 @@ fn a_run_that_has_ended_can_be_prolonged_and_another_scene_is_refused() {
     std::fs::write(results.join("state.kerfem"), "kerfem save\n").unwrap();
     assert!(refused(&["run", "scene.toml", "--resume"]).contains("cut short"));
     assert!(refused(&["run", "scene.toml", "--save-every", "-1"]).contains("--save-every"));
+}
+
+#[test]
+fn a_run_that_begins_anew_leaves_nothing_of_an_earlier_one() {
+    let folder = folder();
+    let results = folder.path().join("out/beam");
+    run(folder.path(), &["run", "scene.toml"]);
+    // another scene of the same name, killed before its first minute
+    std::fs::write(
+        folder.path().join("scene.toml"),
+        SCENE.replace("dt = 0.01", "dt = 0.004"),
+    )
+    .unwrap();
+    let child = kerfem(folder.path(), &["run", "scene.toml"]).spawn().unwrap();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while std::fs::read_to_string(results.join("steps.csv"))
+        .map_or(true, |t| t.lines().count() > 20 || t.lines().count() < 3)
+        && Instant::now() < deadline
+    {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    kill(child);
+    assert!(!results.join("final.vtu").exists() && !results.join("report.json").exists());
+    run(folder.path(), &["run", "scene.toml", "--resume"]);
+    let steps = table(&results);
+    assert_eq!(steps.len(), 1 + 75);
+    assert!(
+        steps
+            .iter()
+            .skip(1)
+            .enumerate()
+            .all(|(k, row)| row[0] == (k + 1).to_string()),
+        "{steps:?}"
+    );
+    let listed = frames(&results, "beam.pvd");
+    assert_eq!(std::fs::read_dir(results.join("frames")).unwrap().count(), listed.len());
 }

@@ -18,7 +18,7 @@ pub(crate) enum Preconditioner {
     /// Incomplete block factorisation.
     BlockIc0(BlockIc0),
     /// Smoothed aggregation multigrid.
-    Multigrid(Multigrid),
+    Multigrid(Box<Multigrid>),
 }
 
 impl Preconditioner {
@@ -29,7 +29,7 @@ impl Preconditioner {
             PreconditionerKind::Jacobi => Preconditioner::Jacobi(Vec::new()),
             PreconditionerKind::BlockJacobi => Preconditioner::BlockJacobi(Vec::new()),
             PreconditionerKind::BlockIc0 => Preconditioner::BlockIc0(BlockIc0::default()),
-            PreconditionerKind::Multigrid => Preconditioner::Multigrid(Multigrid::default()),
+            PreconditionerKind::Multigrid => Preconditioner::Multigrid(Box::default()),
         }
     }
 

@@ -20,8 +20,9 @@ fn summarise<const N: usize>(name: &str, simulation: &Simulation<N>) {
     say!("vertices {}", figures.vertices);
     say!("cells {}", figures.cells);
     say!("pieces {}", figures.pieces);
-    say!("volume {:e} m3", figures.volume_m3);
-    say!("mass {:e} kg", figures.mass_kg);
+    say!("box {}", simulation.extents());
+    say!("volume {:.6e} m3", figures.volume_m3);
+    say!("mass {:.6e} kg", figures.mass_kg);
     say!("min radius ratio {:.4}", figures.quality.min_radius_ratio);
     for line in simulation.selections() {
         say!("{line}");

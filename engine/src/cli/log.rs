@@ -1,7 +1,5 @@
 //! What the command prints of its own work: `-v`, `-vv`, `-vvv`, or the variable `KERFEM_LOG`.
 
-use std::io::IsTerminal;
-
 use kerfem_engine::EngineError;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
@@ -27,7 +25,7 @@ pub(super) fn start(verbosity: u8) -> Result<(), EngineError> {
     };
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal());
+        .with_ansi(false);
     // a second start in one process is no harm
     let _ = tracing_subscriber::registry()
         .with(lines.with_filter(filter))

@@ -22,6 +22,7 @@ use std::time::Duration;
 use arguments::bad;
 use clap::{Parser, Subcommand};
 use kerfem_engine::{EngineError, MethodName};
+use kerfem_mesh::io::MeshData;
 use kerfem_mesh::{TetMesh, TriMesh};
 
 /// Deformable solids that can be cut.
@@ -133,7 +134,11 @@ enum MeshFile {
 
 impl MeshFile {
     fn read(path: &Path) -> Result<Self, EngineError> {
-        let data = kerfem_mesh::io::read_mesh(path).map_err(EngineError::Read)?;
+        Self::of(path, kerfem_mesh::io::read_mesh(path).map_err(EngineError::Read)?)
+    }
+
+    /// The mesh in the data of a file.
+    fn of(path: &Path, data: MeshData) -> Result<Self, EngineError> {
         let mesh = if !data.tets.is_empty() {
             data.into_tet_mesh().map(MeshFile::Tets)
         } else if data.triangles.is_empty() {

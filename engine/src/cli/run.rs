@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use kerfem_engine::run::{Ending, RunOptions, run as run_scene};
-use kerfem_engine::{EngineError, Scene};
+use kerfem_engine::run::{Closing, Ending, RunOptions, run_and_tell};
+use kerfem_engine::{EngineError, Scene, StepInfo};
 
 use super::RunArguments;
 use super::arguments::bad;
@@ -34,23 +34,38 @@ pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineErro
     };
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(&scene, arguments, logs);
-    let ending = run_scene(scene, &options, |info| {
+    let after_step = |info: &StepInfo| {
         if let Some(bar) = &bar {
+            let missed = if info.converged { "" } else { ", tolerance missed" };
             bar.set_position(info.step as u64);
-            bar.set_message(format!("t = {:.6} s, {} iterations", info.time, info.iterations));
+            bar.set_message(format!(
+                "t = {:.6} s, {} iterations{missed}",
+                info.time, info.iterations
+            ));
         }
         !stop.load(Ordering::Relaxed)
+    };
+    let ending = run_and_tell(scene, &options, after_step, |closing| {
+        if let Some(bar) = &bar {
+            bar.finish_and_clear();
+        }
+        if !arguments.quiet {
+            closing.warnings.iter().for_each(|w| eprintln!("kerfem: warning: {w}"));
+            say!("{}: {}", options.folder.display(), told(closing));
+        }
     });
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
     let ending = ending.map_err(|e| match e {
         EngineError::Folder(_) if arguments.output.is_some() => bad("--output", e.to_string()),
         e => e,
     });
     match ending? {
         Ending::Done => Ok(0),
-        Ending::Interrupted => Ok(INTERRUPTED),
+        Ending::Interrupted => {
+            if !arguments.quiet {
+                eprintln!("kerfem: interrupted; the same call with --resume goes on");
+            }
+            Ok(INTERRUPTED)
+        }
         Ending::Broken => {
             eprintln!(
                 "kerfem: a check of --verify failed; see verify in {}",
@@ -61,7 +76,36 @@ pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineErro
     }
 }
 
-/// Set by Ctrl-C: the frame is finished and the files are closed first.
+/// What a run has come to, in one line.
+fn told(closing: &Closing<'_>) -> String {
+    let mut line = format!("{} steps, t = {} s", closing.steps, closing.time);
+    if let Some(start) = closing.resumed_at {
+        line += &format!(", resumed at t = {start} s");
+    }
+    let without = closing
+        .cuts
+        .iter()
+        .filter(|c| c.area_m2 == 0.0 && c.cells_removed == 0)
+        .count();
+    line += &format!(", {} cuts", closing.cuts.len());
+    if without > 0 {
+        line += &format!(" ({without} without effect)");
+    }
+    line += &format!(", {} pieces", closing.pieces);
+    let solver = &closing.solver;
+    if solver.unconverged_steps > 0 {
+        line += &format!(
+            ", {} steps missed the tolerance (residuals up to {:.1e})",
+            solver.unconverged_steps, solver.residual_max
+        );
+    }
+    if let Some(found) = closing.verification {
+        line += &format!(", verify: {}", found.invariants);
+    }
+    line
+}
+
+/// Set by Ctrl-C and by signals that end a program: the frame is finished and the files are closed first.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, EngineError> {
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);

@@ -37,6 +37,17 @@ pub(crate) fn open_folder(path: &Path) -> Result<(), EngineError> {
     Ok(())
 }
 
+/// Removes a file if it is there.
+pub(crate) fn remove_file(path: &Path) -> Result<(), EngineError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(EngineError::Write(IoError::Write {
+            path: path.into(),
+            source,
+        })),
+        _ => Ok(()),
+    }
+}
+
 /// Makes a folder for results and what leads to it.
 pub(crate) fn make_folder(path: &Path) -> Result<(), EngineError> {
     std::fs::create_dir_all(path).map_err(|source| {

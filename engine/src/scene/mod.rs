@@ -85,7 +85,7 @@ pub struct MeshSpec {
     /// A rectangle of triangles in the plane.
     #[serde(alias = "plate2d")]
     pub plate: Option<PlateSpec>,
-    /// Factor on all coordinates (default 1).
+    /// Factor on all coordinates (default 1). Conditions and points of the scene, and sweeps, are in metres: after it.
     pub scale: Option<f64>,
 }
 
@@ -348,7 +348,7 @@ pub struct TimeSpec {
     pub scheme: Scheme,
     /// Time step (s); needed by schemes that step.
     pub dt: Option<f64>,
-    /// Time of the end (s); needed by schemes that step.
+    /// Time of the end (s); needed by schemes that step. For statics the time that formulas in `t` are taken at (default 0).
     pub end: Option<f64>,
     /// How far each step is solved.
     pub nonlinear: Nonlinear,
@@ -445,7 +445,7 @@ pub enum PreconditionerName {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CutSpec {
-    /// When (s).
+    /// When (s): before the first step that begins then or later. In statics all cuts are made first.
     #[serde(default)]
     pub at: f64,
     /// How the mesh is made to follow the sweep.

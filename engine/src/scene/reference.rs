@@ -23,7 +23,7 @@ the scene. A key that is not listed here is an error, which suggests the nearest
 reads scenes.
 
 An *expression* is a number, or a formula in quotes: `"0.1 * min(t, 0.4)"`. It knows the rest coordinates `x`, `y`, `z`, the
-time `t` where that makes sense, `{}`, `+ - * / ^`, comparisons, `&& || !`, and the functions `{}`. A *condition* is a formula that
+time `t` where that makes sense, `{}`, `+ - * / ^`, comparisons (`0 < x < 1` means what it says), `&& || !`, `if(condition, a, b)`, and the functions `{}`. A *condition* is a formula that
 is true or false by the place alone: `"x < 1e-6 && abs(y) < 0.5"`. What it selects must not be nothing, and does not change with
 time. A load or a displacement must have a finite value at the start and at the end.
 "#,

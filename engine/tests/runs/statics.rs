@@ -109,7 +109,9 @@ fn an_equilibrium_that_is_not_found_is_said_so() {
     let scene = box_scene(
         [4.0, 1.0, 1.0],
         [8, 2, 2],
-        &format!("{CLAMP_AND_PULL}[model]\nkind = 'linear'\n[solver]\nkind = 'cg'\nmax_iterations = 3"),
+        &format!(
+            "{CLAMP_AND_PULL}[model]\nkind = 'linear'\n[solver]\nkind = 'cg'\npreconditioner = 'jacobi'\nmax_iterations = 3"
+        ),
     );
     let error = simulation(&scene).step(0.0).unwrap_err();
     assert_eq!(error.exit_code(), 3);

@@ -26,7 +26,7 @@ pub(crate) fn largest_eigenvalue<const B: usize>(a: &Sweeps<B>) -> f64 {
     apply(inverse, &d_v, &mut v);
     let mut beta = dot(v.as_flattened(), d_v.as_flattened()).sqrt();
     for k in 0..STEPS {
-        if !(beta * beta > ROUND_OFF) {
+        if beta * beta <= ROUND_OFF || beta.is_nan() {
             break;
         }
         for vector in [&mut v, &mut d_v] {
