@@ -81,7 +81,7 @@ struct RunArguments {
     /// Stop at this time (s)
     #[arg(long, value_name = "S", value_parser = arguments::time, allow_hyphen_values = true)]
     until: Option<f64>,
-    /// Go on from the save in the folder of the results; [time], [solver], [output] and [[quantity]] may have changed
+    /// Go on from the save in the folder of the results; time, solver, output and quantity of the scene may have changed
     #[arg(long)]
     resume: bool,
     /// Seconds by the clock between saves; 0: after each step. The last state is always saved
