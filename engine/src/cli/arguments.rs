@@ -64,17 +64,20 @@ pub(super) fn check_output(path: &Path) -> Result<(), EngineError> {
 /// What is wrong with arguments that clap does not accept, in one line.
 pub(crate) fn mistake(error: &clap::Error) -> String {
     let source = std::error::Error::source(error);
-    if let (ErrorKind::ValueValidation, Some(reason), Some(ContextValue::String(argument))) =
-        (error.kind(), source, error.get(ContextKind::InvalidArg))
-    {
-        let name = argument.split(' ').next().unwrap_or(argument);
-        return format!("{name}: {reason}");
-    }
-    let text = error.to_string();
-    let lines = text
-        .lines()
-        .map(str::trim)
-        .filter(|l| !l.is_empty() && !l.starts_with("For more information"));
+    let text = match (error.kind(), source, error.get(ContextKind::InvalidArg)) {
+        (ErrorKind::ValueValidation, Some(reason), Some(ContextValue::String(argument))) => {
+            let name = argument.split(' ').next().unwrap_or(argument);
+            format!("{name}: {reason}")
+        }
+        _ => in_one_line(&error.to_string()),
+    };
+    text.replace(char::is_control, " ")
+}
+
+/// What clap says over several lines, without the hint at the help.
+fn in_one_line(text: &str) -> String {
+    let lines = text.lines().map(str::trim);
+    let lines = lines.filter(|l| !l.is_empty() && !l.starts_with("For more information"));
     let mut line = String::new();
     for part in lines {
         let between = if line.is_empty() || line.ends_with(':') {

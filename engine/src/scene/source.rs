@@ -230,7 +230,7 @@ pub(super) fn explain(message: &str) -> String {
     if message == "wanted string or table" {
         return "a text in quotes is needed".into();
     }
-    if message.contains("recurs") {
+    if ["recursion limit", "cannot recurse further; max recursion depth met"].contains(&message.as_str()) {
         return "it is nested too deeply; at most 80 levels are accepted".into();
     }
     if message == "floating-point number overflowed" {

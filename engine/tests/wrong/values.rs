@@ -337,6 +337,13 @@ pub(crate) const FORMULAS: &[Row] = &[
         &["\"r\" is not known", "x, y, z and t"],
     ),
     (
+        "a name that sounds like nesting",
+        "where = 'x < 1e-9'",
+        "where = 'recursion < 1e-9'",
+        "scene.toml:9: fixed.where",
+        &["\"recursion\" is not known"],
+    ),
+    (
         "a function that does not exist",
         "where = 'x < 1e-9'",
         "where = 'abbs(x) < 1e-9'",
