@@ -7,6 +7,9 @@ use kerfem_mesh::{
     BoxTree, CellId, FacetLabel, FacetSide, MeshChange, Point, SimplexMesh, VertexId, predicates::orientation, quality,
 };
 
+use serde::{Deserialize, Serialize};
+
+use crate::improve::{self, Bad, Limits, Work};
 use crate::separate::Lip;
 use crate::sheet::Rule;
 use crate::sweep::Piece;
@@ -28,6 +31,12 @@ pub enum CutError {
     /// The snap threshold is out of range.
     #[error("snap = {value} is out of range; accepted: 0 to 0.45 of the local size of the mesh")]
     BadSnap {
+        /// The value given.
+        value: f64,
+    },
+    /// The wanted quality is out of range.
+    #[error("quality = {value} is out of range; accepted: 0 to 0.7, the radius ratio below which cells are improved")]
+    BadQuality {
         /// The value given.
         value: f64,
     },
@@ -69,7 +78,7 @@ pub enum Refusal {
 }
 
 /// How the mesh is made to follow the sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
     /// B1: remove the cells that the sweep crosses.
     Delete,
@@ -79,34 +88,92 @@ pub enum Method {
     Snap,
     /// S: cut-vertices near the sweep are snapped onto it, other edges are split.
     Hybrid,
+    /// G: crossed edges are split, then the shortest edges of bad cells collapse, the worst cell first. Tetrahedra only.
+    Collapse,
+    /// Y: crossed edges are split, then the shortest edges of cells that are uneven and small compared with their neighbours
+    /// merge. Tetrahedra only.
+    Merge,
 }
 
 impl Method {
     /// All methods, by name.
-    pub const NAMES: [(&'static str, Method); 4] = [
+    pub const NAMES: [(&'static str, Method); 6] = [
         ("delete", Method::Delete),
         ("subdivide", Method::Subdivide),
         ("snap", Method::Snap),
         ("hybrid", Method::Hybrid),
+        ("collapse", Method::Collapse),
+        ("merge", Method::Merge),
     ];
+
+    /// Whether cells are improved after a cut if nothing is said: by all but the baselines (B1-B3).
+    pub fn improves(self) -> bool {
+        matches!(self, Method::Hybrid | Method::Collapse | Method::Merge)
+    }
 }
 
 /// Settings of a cut.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CutOptions {
     /// How the mesh follows the sweep.
     pub method: Method,
     /// Threshold `d` as a fraction of the local size of the mesh
-    /// ([`SimplexMesh::local_size`], the mean rest edge before any cut; S3), 0 to 0.45; [`Method::Subdivide`] ignores it.
+    /// ([`SimplexMesh::local_size`], the mean rest edge before any cut; S3), 0 to 0.45. [`Method::Subdivide`],
+    /// [`Method::Collapse`] and [`Method::Merge`] snap nothing; half of it bounds how far cells of the cut face that are
+    /// improved may come to lie from the sweep.
     pub snap: f64,
+    /// Whether cells near the cut that came out badly are improved: vertices moved, edges and facets swapped, edges collapsed,
+    /// vertices inserted. Tetrahedra only.
+    pub improve: bool,
+    /// Radius ratio below which a cell counts as bad (`tau` of G2), 0 to 0.7.
+    pub quality: f64,
+    /// How many operations may be made to improve cells; what is left over is in [`CutReport::unfinished`].
+    pub operations: usize,
+}
+
+impl CutOptions {
+    /// The method with its usual settings.
+    pub fn of(method: Method) -> Self {
+        CutOptions {
+            method,
+            snap: 0.2,
+            improve: method.improves(),
+            quality: 0.3,
+            operations: usize::MAX,
+        }
+    }
+}
+
+impl CutOptions {
+    fn check<const N: usize>(&self) -> Result<(), CutError> {
+        if !(0.0..=0.45).contains(&self.snap) {
+            return Err(CutError::BadSnap { value: self.snap });
+        }
+        if !(0.0..=0.7).contains(&self.quality) {
+            return Err(CutError::BadQuality { value: self.quality });
+        }
+        if N == 3 && matches!(self.method, Method::Collapse | Method::Merge) {
+            return Err(CutError::WrongKind(
+                "triangles cannot be cut by the methods collapse and merge; accepted: delete, subdivide, snap, hybrid",
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn check_positions<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point]) -> Result<(), CutError> {
+    match positions.len() == mesh.vertex_slots() {
+        true => Ok(()),
+        false => Err(CutError::BadPositions {
+            given: positions.len(),
+            slots: mesh.vertex_slots(),
+        }),
+    }
 }
 
 impl Default for CutOptions {
     fn default() -> Self {
-        CutOptions {
-            method: Method::Hybrid,
-            snap: 0.2,
-        }
+        CutOptions::of(Method::Hybrid)
     }
 }
 
@@ -118,6 +185,8 @@ pub struct Borders<'a> {
     pub cell_group: &'a dyn Fn(CellId) -> u64,
     /// Conditions on a facet of the original boundary, by its label and its vertices; alike facets have one number.
     pub facet_group: &'a dyn Fn(FacetLabel, [VertexId; 3]) -> u64,
+    /// Conditions on a vertex of the mesh before the cut; with any but zero it is neither moved nor merged to improve cells.
+    pub vertex_group: &'a dyn Fn(VertexId) -> u64,
 }
 
 impl Borders<'_> {
@@ -125,6 +194,7 @@ impl Borders<'_> {
     pub const NONE: Borders<'static> = Borders {
         cell_group: &|_| 0,
         facet_group: &|_, _| 0,
+        vertex_group: &|_| 0,
     };
 }
 
@@ -135,6 +205,12 @@ pub struct CutReport {
     pub find_seconds: f64,
     /// Seconds spent changing the mesh.
     pub remesh_seconds: f64,
+    /// Seconds spent improving cells.
+    pub improve_seconds: f64,
+    /// Operations made to improve cells.
+    pub operations: usize,
+    /// Bad cells that were still to be looked at when the operations allowed were used up, ascending.
+    pub unfinished: Vec<CellId>,
     /// Area of one lip at rest (m²); its length (m) in a planar mesh.
     pub area: f64,
     /// Largest distance from a corner, edge midpoint or centre of a new face to the sweep, in the cutting frame (m).
@@ -191,15 +267,8 @@ pub fn cut_within<const N: usize>(
     options: &CutOptions,
     borders: Borders<'_>,
 ) -> Result<CutOutcome<N>, CutError> {
-    if !(0.0..=0.45).contains(&options.snap) {
-        return Err(CutError::BadSnap { value: options.snap });
-    }
-    if positions.len() != mesh.vertex_slots() {
-        return Err(CutError::BadPositions {
-            given: positions.len(),
-            slots: mesh.vertex_slots(),
-        });
-    }
+    options.check::<N>()?;
+    check_positions(mesh, positions)?;
     sweep.fits(mesh)?;
     let mut report = CutReport::default();
     let mut ws = Workspace::new(mesh, positions, borders);
@@ -217,6 +286,13 @@ pub fn cut_within<const N: usize>(
             });
         }
     }
+    // doubling gave cells at the lips new numbers
+    let current = report
+        .unfinished
+        .iter()
+        .flat_map(|c| ws.current(*c))
+        .collect::<BTreeSet<_>>();
+    report.unfinished = current.into_iter().filter(|c| ws.mesh().has_cell(*c)).collect();
     let changed = ws.changed_positions();
     let change = ws.edit.commit();
     if change.is_empty() {
@@ -227,6 +303,34 @@ pub fn cut_within<const N: usize>(
     let positions = if change.is_empty() { Vec::new() } else { changed };
     Ok(CutOutcome {
         change,
+        positions,
+        report,
+    })
+}
+
+/// Improves bad cells among some, with no cut: what a cut left over for want of operations ([`CutReport::unfinished`]).
+/// `positions` as for [`cut`]; cells that are no more are passed over.
+///
+/// # Errors
+/// As [`cut`].
+pub fn improve<const N: usize>(
+    mesh: &mut SimplexMesh<N>,
+    positions: &[Point],
+    cells: &[CellId],
+    options: &CutOptions,
+    borders: Borders<'_>,
+) -> Result<CutOutcome<N>, CutError> {
+    options.check::<N>()?;
+    check_positions(mesh, positions)?;
+    let mut report = CutReport::default();
+    let mut ws = Workspace::new(mesh, positions, borders);
+    let live: Vec<CellId> = (cells.iter().copied())
+        .filter(|c| ws.mesh().has_cell(*c) && is_positive(&ws.cell_positions(*c)))
+        .collect();
+    improve_cells(&mut ws, None, options, live, &mut report);
+    let positions = ws.changed_positions();
+    Ok(CutOutcome {
+        change: ws.edit.commit(),
         positions,
         report,
     })
@@ -251,8 +355,9 @@ fn cut_by_piece<const N: usize>(
         report.tree_nodes += region::find(ws, tree, piece);
         report.find_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
+        let improving = report.improve_seconds;
         let goes_on = pass(ws, piece, sweep, options, report)?;
-        report.remesh_seconds += start.elapsed().as_secs_f64();
+        report.remesh_seconds += start.elapsed().as_secs_f64() - (report.improve_seconds - improving);
         if !goes_on {
             break;
         }
@@ -272,40 +377,96 @@ fn pass<const N: usize>(
         return Err(Refusal::InvertedCell { cell: cell.0 });
     }
     let save = ws.savepoint();
-    let lip = match options.method {
+    let snap = options.snap;
+    let opens = match options.method {
         Method::Delete => {
             let left = delete::remove_crossed(ws, piece);
             // what is left may hang together by edges and vertices only
             separate::open_pinched(ws, left);
             return Ok(false);
         }
-        Method::Subdivide => decompose(ws, piece, 0.0)?,
-        Method::Hybrid => decompose(ws, piece, options.snap)?,
+        Method::Subdivide if !options.improve || N != 4 => decompose(ws, piece, 0.0)?,
+        Method::Hybrid => decompose(ws, piece, snap)?,
+        Method::Subdivide | Method::Collapse | Method::Merge => {
+            sheet::take_present(ws, piece, snap);
+            front::place(ws, piece, snap);
+            sheet::open(ws, piece, Rule::Split { served: snap });
+            mark(ws, piece, snap)?
+        }
         Method::Snap => {
-            sheet::take_present(ws, piece, options.snap);
+            sheet::take_present(ws, piece, snap);
             sheet::open(ws, piece, Rule::SnapAlways);
-            separate(ws, piece, options.snap)?
+            mark(ws, piece, snap)?
         }
     };
-    if lip.facets.is_empty() {
+    if !opens {
         ws.restore(save);
         return Ok(false);
     }
     check_new_cells(ws)?;
+    let near = ws.region.iter().copied().collect();
+    improve_cells(ws, Some(piece), options, near, report);
+    let lip = separate::open(ws);
+    if lip.facets.is_empty() {
+        ws.restore(save);
+        return Ok(false);
+    }
     measure(ws, &lip, sweep, report);
     Ok(true)
 }
 
-fn decompose<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+fn decompose<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<bool, Refusal> {
     sheet::take_present(ws, piece, snap);
     front::place(ws, piece, snap);
     sheet::open(ws, piece, Rule::SnapWithin(snap));
-    separate(ws, piece, snap)
+    mark(ws, piece, snap)
 }
 
-fn separate<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<Lip, Refusal> {
+fn mark<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<bool, Refusal> {
     let p = piece.triangles()[0][0];
-    separate::open(ws, piece, snap).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
+    separate::mark_sheet(ws, piece, snap).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
+}
+
+/// Cells that Y5 merges away: both measures are beyond what cutting regular cells in halves makes.
+const UNEVEN: Bad = Bad::Uneven {
+    aspect: 15.0,
+    edges: 3.0,
+};
+
+/// What the method and the maintenance of quality do to cells, near a piece while the cut is a sheet inside the body, or
+/// afterwards.
+fn improve_cells<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    piece: Option<&Piece>,
+    options: &CutOptions,
+    cells: Vec<CellId>,
+    report: &mut CutReport,
+) {
+    if N != 4 {
+        return;
+    }
+    let own = match options.method {
+        Method::Collapse => Some((Bad::Below(options.quality), Work::Collapse)),
+        Method::Merge => Some((UNEVEN, Work::Collapse)),
+        _ => None,
+    };
+    let maintain = options.improve.then_some((Bad::Below(options.quality), Work::All));
+    let start = Instant::now();
+    let limits = Limits {
+        piece,
+        sheet: options.snap / 2.0,
+    };
+    for task in own.into_iter().chain(maintain) {
+        let near: BTreeSet<CellId> = cells.iter().copied().filter(|c| ws.mesh().has_cell(*c)).collect();
+        let near = near.union(&ws.cells_of_changed()).copied().collect::<Vec<_>>();
+        let left = options.operations - report.operations.min(options.operations);
+        let done = improve::run(ws, &limits, task, near, left);
+        report.operations += done.operations;
+        report.unfinished.extend(done.left);
+    }
+    report.unfinished.sort_unstable();
+    report.unfinished.dedup();
+    report.improve_seconds += start.elapsed().as_secs_f64();
 }
 
 fn is_positive<const N: usize>(p: &[Point; N]) -> bool {

@@ -20,7 +20,7 @@ pub(crate) fn remove_crossed<const N: usize>(ws: &mut Workspace<'_, N>, piece: &
     for &c in &crossed {
         let corners: [VertexId; N] = ws.mesh().cell(c);
         ws.take_out(c);
-        ws.region.remove(&c);
+        ws.leave_region(c);
         for v in corners {
             if ws.mesh().cells_of_vertex(v).is_empty() {
                 ws.edit.remove_vertex(v, None);

@@ -8,6 +8,7 @@
 //! 3. `sheet`: where the sweep crosses edges, an end is snapped or the edge is split (S3, S4, S9).
 //! 4. `separate`: facets whose two cells lie on different sides of the sweep are marked, and every vertex gets one copy for
 //!    each group of its cells that the marks leave connected (S4, Y3, Y4, F14).
+//! 5. `improve`: cells that came out badly are made better, between marking and doubling (G, Y, S10), if that is wanted.
 //!
 //! Sides are decided by counting, with exact predicates, how often a path between two points inside the cells crosses the
 //! sweep. A closed path crosses a surface an even number of times unless it runs around its border, so the marked facets
@@ -17,6 +18,7 @@
 mod cut;
 mod delete;
 mod front;
+mod improve;
 mod region;
 mod separate;
 mod sheet;
@@ -25,5 +27,5 @@ mod split;
 mod sweep;
 mod workspace;
 
-pub use cut::{Borders, CutError, CutOptions, CutOutcome, CutReport, Method, Refusal, cut, cut_within};
+pub use cut::{Borders, CutError, CutOptions, CutOutcome, CutReport, Method, Refusal, cut, cut_within, improve};
 pub use sweep::Sweep;

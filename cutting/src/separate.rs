@@ -30,11 +30,30 @@ const INWARD: f64 = 0.1;
 /// Of `d`: how close to the sweep the middle of a cell must be for its side to be undecided.
 const UNDECIDED: f64 = 0.25;
 
-/// Opens the mesh along the piece; `None` if the paths met edges of the sweep at every attempt.
-pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Option<Lip> {
+/// Marks the facets along which the mesh will open, as [`Workspace::sheet`]; whether there are any. `None` if the paths met
+/// edges of the sweep at every attempt.
+pub(crate) fn mark_sheet<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Option<bool> {
     let marked = MIXES.iter().find_map(|mix| mark(ws, piece, snap, mix))?;
+    ws.sheet = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
+    Some(!marked.is_empty())
+}
+
+/// Opens the mesh along the sheet.
+pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>) -> Lip {
+    let keys: BTreeSet<FacetKey> = std::mem::take(&mut ws.sheet).into_iter().collect();
+    let mut marked: Vec<FacetSide> = keys.iter().filter_map(|key| side_of(ws, key)).collect();
+    marked.sort_unstable();
     let vertices = marked.iter().flat_map(|&s| ws.mesh().facet_corners(s)).collect();
-    Some(double_vertices(ws, &marked, vertices))
+    double_vertices(ws, &marked, vertices)
+}
+
+/// A facet seen from the first of its cells.
+fn side_of<const N: usize>(ws: &Workspace<'_, N>, key: &FacetKey) -> Option<FacetSide> {
+    let cells = ws.mesh().cells_of_vertex(VertexId(key.0[0]));
+    let mut sides = cells
+        .iter()
+        .flat_map(|&cell| (0..N as u8).map(move |local| FacetSide { cell, local }));
+    sides.find(|s| ws.mesh().facet_key(*s) == *key)
 }
 
 /// Facets whose two cells lie on different sides, ascending, once no chip comes loose by them.

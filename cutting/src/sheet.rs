@@ -14,6 +14,11 @@ use crate::workspace::Workspace;
 pub(crate) enum Rule {
     /// An end closer to the sweep than this fraction of its local size takes the cut; other edges are split.
     SnapWithin(f64),
+    /// Edges are split; only what an earlier cut left within this fraction of the local size serves for them.
+    Split {
+        /// The fraction.
+        served: f64,
+    },
     /// The nearer end always takes the cut; nothing is split.
     SnapAlways,
 }
@@ -57,8 +62,10 @@ pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rul
                 ws.take(v, true);
             }
         }
-        if let Rule::SnapWithin(snap) = rule {
-            split_crossed(ws, hits, &chosen, snap);
+        match rule {
+            Rule::SnapWithin(snap) => split_crossed(ws, hits, &chosen, snap),
+            Rule::Split { .. } => split_crossed(ws, hits, &chosen, 0.0),
+            Rule::SnapAlways => {}
         }
     }
 }
@@ -75,18 +82,25 @@ fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rul
         }
         let p = e.map(|v| ws.position(v));
         let mut hits = piece.hits(p[0], p[1]);
-        if let Rule::SnapWithin(snap) = rule {
-            let length = (p[1] - p[0]).norm();
-            hits.retain(|t| {
-                let along = [t * length, (1.0 - t) * length];
-                (0..2).all(|k| !taken[k] || along[k] > ws.reach(e[k], snap))
-            });
-        }
+        let length = (p[1] - p[0]).norm();
+        hits.retain(|t| {
+            let along = [t * length, (1.0 - t) * length];
+            (0..2).all(|k| !taken[k] || along[k] > ws.reach(e[k], served(ws, rule, e[k])))
+        });
         if !hits.is_empty() {
             out.insert(e, hits);
         }
     }
     out
+}
+
+/// The fraction of the local size within which a vertex that the cut goes through serves a crossing.
+fn served<const N: usize>(ws: &Workspace<'_, N>, rule: Rule, v: VertexId) -> f64 {
+    match rule {
+        Rule::SnapWithin(snap) => snap,
+        Rule::Split { served } if is_on_cut_face(ws, v) => served,
+        Rule::Split { .. } | Rule::SnapAlways => 0.0,
+    }
 }
 
 fn choose_cut_vertices<const N: usize>(
@@ -105,6 +119,7 @@ fn choose_cut_vertices<const N: usize>(
             let distance = piece.nearest(&ws.position(v)).distance;
             let near = match rule {
                 Rule::SnapWithin(snap) => distance < ws.reach(v, snap),
+                Rule::Split { .. } => distance < ws.reach(v, 0.0),
                 Rule::SnapAlways => true,
             };
             if near {

@@ -6,7 +6,7 @@ use kerfem_mesh::{
     quality,
 };
 
-use crate::workspace::{Workspace, combine};
+use crate::workspace::{Workspace, barycentric, combine};
 
 /// A move may not bring the worst cell around the vertex below this radius ratio, unless it was lower before.
 const QUALITY_FLOOR: f64 = 0.3;
@@ -18,17 +18,27 @@ const VOLUME_TOLERANCE: f64 = 1e-13;
 /// worst one stays good. The rest position follows by the barycentric coordinates in the containing cell.
 pub(crate) fn move_interior<const N: usize>(ws: &mut Workspace<'_, N>, v: VertexId, target: Point) -> bool {
     let star = ws.mesh().cells_of_vertex(v).to_vec();
-    let inside = star.iter().filter_map(|&c| {
+    match parents_within(ws, &star, target) {
+        Some(parents) => try_move(ws, v, target, &parents, &star),
+        None => false,
+    }
+}
+
+/// A place (cutting frame) as a combination of the corners of the cell that contains it, if one of these does.
+pub(crate) fn parents_within<const N: usize>(
+    ws: &Workspace<'_, N>,
+    cells: &[CellId],
+    target: Point,
+) -> Option<Vec<(VertexId, f64)>> {
+    let holding = cells.iter().filter_map(|&c| {
         let mut corners = ws.mesh().cell(c);
         corners.sort_unstable();
-        Some((corners, barycentric(&corners.map(|u| ws.position(u)), target)?))
+        Some((corners, inside(&corners.map(|u| ws.position(u)), target)?))
     });
     // deepest inside, ties by corners: the order of cells must not matter
     let depth = |w: &[f64; N]| w.iter().copied().fold(f64::INFINITY, f64::min);
-    let best = inside.max_by(|a, b| depth(&a.1).total_cmp(&depth(&b.1)).then(a.0.cmp(&b.0)));
-    let Some((corners, weights)) = best else { return false };
-    let parents: Vec<(VertexId, f64)> = corners.into_iter().zip(weights).collect();
-    try_move(ws, v, target, &parents, &star)
+    let best = holding.max_by(|a, b| depth(&a.1).total_cmp(&depth(&b.1)).then(a.0.cmp(&b.0)));
+    best.map(|(corners, weights)| corners.into_iter().zip(weights).collect())
 }
 
 /// Moves a boundary vertex to a combination of vertices of its boundary facets, if that keeps every boundary facet in its
@@ -40,20 +50,39 @@ pub(crate) fn move_on_boundary<const N: usize>(
 ) -> bool {
     let star = ws.mesh().cells_of_vertex(v).to_vec();
     let place = combine(parents, |u| ws.mesh().rest_position(u));
-    let volume: f64 = star
+    let target = combine(parents, |u| ws.position(u));
+    keeps_boundary(ws, v, &star, place) && try_move(ws, v, target, parents, &star)
+}
+
+/// Whether every boundary facet at a vertex with these cells stays in its plane if the vertex goes to a place (at rest).
+pub(crate) fn keeps_boundary<const N: usize>(
+    ws: &Workspace<'_, N>,
+    v: VertexId,
+    star: &[CellId],
+    place: Point,
+) -> bool {
+    let volume = volume_of(ws, star);
+    ws.mesh().boundary_facets_of_vertex(v).all(|side| {
+        let p = ws.mesh().facet_corners(side).map(|u| ws.mesh().rest_position(u));
+        is_in_plane::<N>(&p, place, volume)
+    })
+}
+
+/// Rest volume of some cells.
+pub(crate) fn volume_of<const N: usize>(ws: &Workspace<'_, N>, cells: &[CellId]) -> f64 {
+    cells
         .iter()
         .map(|&c| quality::cell_volume(&ws.mesh().cell_rest_positions(c)))
-        .sum();
-    let stays = ws.mesh().boundary_facets_of_vertex(v).all(|side| {
-        let p = ws.mesh().facet_corners(side).map(|u| ws.mesh().rest_position(u));
-        let off = match N {
-            4 => orient3d(p[0], p[1], p[2], place) / 6.0,
-            _ => orient2d(p[0], p[1], place) / 2.0,
-        };
-        off.abs() <= VOLUME_TOLERANCE * volume
-    });
-    let target = combine(parents, |u| ws.position(u));
-    stays && try_move(ws, v, target, parents, &star)
+        .sum()
+}
+
+/// Whether a place lies in the plane of a facet, so closely that cells of the given volume notice nothing.
+pub(crate) fn is_in_plane<const N: usize>(facet: &[Point; 3], place: Point, volume: f64) -> bool {
+    let off = match N {
+        4 => orient3d(facet[0], facet[1], facet[2], place) / 6.0,
+        _ => orient2d(facet[0], facet[1], place) / 2.0,
+    };
+    off.abs() <= VOLUME_TOLERANCE * volume
 }
 
 fn try_move<const N: usize>(
@@ -66,7 +95,7 @@ fn try_move<const N: usize>(
     if !ws.may_move(v) {
         return false;
     }
-    let save = ws.savepoint_of(v);
+    let save = ws.savepoint();
     let before = ws.worst_quality(star);
     ws.put_vertex(v, target, parents);
     let positive = star.iter().all(|&c| {
@@ -74,23 +103,18 @@ fn try_move<const N: usize>(
         [rest, now].iter().all(|p| orientation(p) > 0.0)
     });
     if positive && ws.worst_quality(star) >= before.min(QUALITY_FLOOR) {
-        ws.region.extend(star.iter().copied());
+        star.iter().for_each(|c| ws.enter_region(*c));
         return true;
     }
-    ws.restore_vertex(v, save);
+    ws.restore(save);
     false
 }
 
 /// Barycentric coordinates of `x` in a cell, if it lies inside (or within rounding of it).
-fn barycentric<const N: usize>(p: &[Point; N], x: Point) -> Option<[f64; N]> {
-    let all = quality::cell_volume(p);
-    if all == 0.0 {
+fn inside<const N: usize>(p: &[Point; N], x: Point) -> Option<[f64; N]> {
+    if quality::cell_volume(p) == 0.0 {
         return None;
     }
-    let w = std::array::from_fn(|k| {
-        let mut q = *p;
-        q[k] = x;
-        quality::cell_volume(&q) / all
-    });
-    w.iter().all(|&w: &f64| w >= -1e-12).then_some(w)
+    let w = barycentric(p, x);
+    w.iter().all(|&w| w >= -1e-12).then_some(w)
 }

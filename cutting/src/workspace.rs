@@ -1,9 +1,9 @@
 //! What the steps of a cut share: the edit, positions in the cutting frame, and the cells near the sweep.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::Borders;
-use kerfem_mesh::{CellId, Edit, FacetLabel, Mark, Point, SimplexMesh, VertexId, Weights, quality};
+use kerfem_mesh::{CellId, Edit, FacetKey, FacetLabel, Mark, Point, SimplexMesh, VertexId, Weights, quality};
 
 /// Fraction of the local size within which two places are one.
 pub(crate) const TINY: f64 = 1e-9;
@@ -17,10 +17,33 @@ pub(crate) struct Workspace<'a, const N: usize> {
     pub(crate) on: BTreeSet<VertexId>,
     /// Those of them that lie on the sweep; the others are within `d` of it and could not be moved there.
     pub(crate) exact: BTreeSet<VertexId>,
+    /// The sheet: facets that the cut is about to open.
+    pub(crate) sheet: HashSet<FacetKey>,
+    /// Cells that reach beyond the one they inherit from.
+    grown: BTreeSet<CellId>,
     positions: &'a [Point],
     borders: Borders<'a>,
     changed: HashMap<VertexId, Point>,
     descendants: HashMap<CellId, Vec<CellId>>,
+    journal: Vec<Step>,
+}
+
+/// What to put back to undo a step.
+enum Step {
+    Changed(VertexId, Option<Point>),
+    Descendants(CellId, Option<Vec<CellId>>),
+    /// Put into the region, or taken out.
+    Region(CellId, bool),
+    Grown(CellId),
+    /// Put into the sheet, or taken out.
+    Sheet(FacetKey, bool),
+}
+
+/// A state to return to.
+#[derive(Clone, Copy)]
+pub(crate) struct Savepoint {
+    mark: Mark,
+    steps: usize,
 }
 
 impl<'a, const N: usize> Workspace<'a, N> {
@@ -31,10 +54,13 @@ impl<'a, const N: usize> Workspace<'a, N> {
             region: BTreeSet::new(),
             on: BTreeSet::new(),
             exact: BTreeSet::new(),
+            sheet: HashSet::new(),
+            grown: BTreeSet::new(),
             positions,
             borders,
             changed: HashMap::new(),
             descendants: HashMap::new(),
+            journal: Vec::new(),
         }
     }
 
@@ -119,7 +145,7 @@ impl<'a, const N: usize> Workspace<'a, N> {
     /// First half of a replacement; without the second the cell is gone.
     pub(crate) fn take_out(&mut self, c: CellId) {
         self.edit.remove_cell(c);
-        self.descendants.insert(c, Vec::new());
+        self.set_descendants(c, Vec::new());
     }
 
     /// Second half of a replacement: cells that inherit from `c` and are near the sweep if it was.
@@ -128,10 +154,99 @@ impl<'a, const N: usize> Workspace<'a, N> {
             .iter()
             .map(|(corners, labels)| self.edit.add_cell(*corners, c, *labels))
             .collect();
-        if self.region.remove(&c) {
-            self.region.extend(ids.iter().copied());
+        if self.leave_region(c) {
+            ids.iter().for_each(|id| self.enter_region(*id));
         }
-        self.descendants.insert(c, ids);
+        self.set_descendants(c, ids);
+    }
+
+    fn set_descendants(&mut self, c: CellId, ids: Vec<CellId>) {
+        let old = self.descendants.insert(c, ids);
+        self.journal.push(Step::Descendants(c, old));
+    }
+
+    fn set_position(&mut self, v: VertexId, position: Point) {
+        let old = self.changed.insert(v, position);
+        self.journal.push(Step::Changed(v, old));
+    }
+
+    /// Counts a cell among those near the sweep.
+    pub(crate) fn enter_region(&mut self, c: CellId) {
+        if self.region.insert(c) {
+            self.journal.push(Step::Region(c, true));
+        }
+    }
+
+    /// Counts a cell no longer among those near the sweep; whether it was.
+    pub(crate) fn leave_region(&mut self, c: CellId) -> bool {
+        let was = self.region.remove(&c);
+        if was {
+            self.journal.push(Step::Region(c, false));
+        }
+        was
+    }
+
+    /// Exchanges facets of the sheet for others.
+    pub(crate) fn exchange_sheet(&mut self, old: &[FacetKey], new: &[FacetKey]) {
+        for facet in old {
+            if self.sheet.remove(facet) {
+                self.journal.push(Step::Sheet(*facet, false));
+            }
+        }
+        for facet in new {
+            if self.sheet.insert(*facet) {
+                self.journal.push(Step::Sheet(*facet, true));
+            }
+        }
+    }
+
+    /// Replaces cells by others that fill the same space together. Boundary facets keep their labels; where a vertex was
+    /// `renamed`, those of its facets go to the other one, and new boundary facets have theirs in `labels`. Each new cell
+    /// inherits from the old one that holds its centre.
+    pub(crate) fn retile(
+        &mut self,
+        old: &[CellId],
+        new: &[[VertexId; N]],
+        renamed: Option<(VertexId, VertexId)>,
+        labels: &[(FacetKey, FacetLabel)],
+    ) -> Vec<CellId> {
+        let name = |v: VertexId| renamed.filter(|(from, _)| *from == v).map_or(v, |(_, to)| to);
+        let mut labels: HashMap<FacetKey, FacetLabel> = labels.iter().copied().collect();
+        for &cell in old {
+            for (k, &label) in self.mesh().facet_labels(cell).iter().enumerate() {
+                if label != FacetLabel::NONE {
+                    let corners = self.mesh().cell(cell).map(name);
+                    labels.insert(facet_of(&corners, k), label);
+                }
+            }
+        }
+        let mut children: Vec<Vec<_>> = vec![Vec::new(); old.len()];
+        for corners in new {
+            let own = std::array::from_fn(|k| {
+                let label = labels.get(&facet_of(corners, k));
+                label.copied().unwrap_or(FacetLabel::NONE)
+            });
+            let center = corners.map(|v| self.mesh().rest_position(v)).iter().sum::<Point>() / N as f64;
+            let depth = |c: CellId| {
+                let weights = barycentric(&self.mesh().cell_rest_positions(c), center);
+                weights.iter().copied().fold(f64::INFINITY, f64::min)
+            };
+            let parent = (0..old.len()).max_by(|&i, &j| depth(old[i]).total_cmp(&depth(old[j])).then(j.cmp(&i)));
+            children[parent.unwrap_or(0)].push((*corners, own));
+        }
+        for &cell in old {
+            self.take_out(cell);
+        }
+        let mut made = Vec::new();
+        for (&cell, children) in old.iter().zip(&children) {
+            self.put_in(cell, children);
+            made.extend(self.descendants[&cell].iter().copied());
+        }
+        for &c in &made {
+            self.grown.insert(c);
+            self.journal.push(Step::Grown(c));
+        }
+        made
     }
 
     /// A new vertex at an affine combination of present ones (weights add up to one, the first takes the rest).
@@ -139,7 +254,7 @@ impl<'a, const N: usize> Workspace<'a, N> {
         let rest = combine(parents, |v| self.mesh().rest_position(v));
         let position = combine(parents, |v| self.position(v));
         let v = self.edit.add_vertex(rest, &weights(parents));
-        self.changed.insert(v, position);
+        self.set_position(v, position);
         v
     }
 
@@ -147,21 +262,7 @@ impl<'a, const N: usize> Workspace<'a, N> {
     pub(crate) fn put_vertex(&mut self, v: VertexId, position: Point, parents: &[(VertexId, f64)]) {
         let rest = combine(parents, |w| self.mesh().rest_position(w));
         self.edit.move_vertex(v, rest, &weights(parents));
-        self.changed.insert(v, position);
-    }
-
-    /// State to return to when a move of `v` turns out badly.
-    pub(crate) fn savepoint_of(&self, v: VertexId) -> (Mark, Option<Point>) {
-        (self.edit.mark(), self.changed.get(&v).copied())
-    }
-
-    /// Undoes a move.
-    pub(crate) fn restore_vertex(&mut self, v: VertexId, (mark, position): (Mark, Option<Point>)) {
-        self.edit.rollback_to(mark);
-        match position {
-            Some(p) => self.changed.insert(v, p),
-            None => self.changed.remove(&v),
-        };
+        self.set_position(v, position);
     }
 
     /// Whether a vertex may move without shifting a border between materials, or between different conditions on one plane
@@ -194,11 +295,38 @@ impl<'a, const N: usize> Workspace<'a, N> {
             .any(|(i, a)| facets[..i].iter().any(|b| differ(a, b)))
     }
 
-    /// Cells around new and moved vertices: they may have outgrown the boxes of before the cut.
+    /// Whether a vertex of the mesh before the cut has conditions of its own.
+    pub(crate) fn is_held(&self, v: VertexId) -> bool {
+        v.index() < self.positions.len() && (self.borders.vertex_group)(v) != 0
+    }
+
+    /// Whether cells are of one material.
+    pub(crate) fn are_of_one_group(&self, cells: &[CellId]) -> bool {
+        let group = |c: &CellId| (self.borders.cell_group)(self.edit.ancestor(*c));
+        cells.windows(2).all(|w| group(&w[0]) == group(&w[1]))
+    }
+
+    /// Cells around new and moved vertices, and those put together anew: they may have outgrown the boxes of before the cut.
     pub(crate) fn cells_of_changed(&self) -> BTreeSet<CellId> {
         let live = self.changed.keys().filter(|v| self.mesh().has_vertex(**v));
-        live.flat_map(|&v| self.mesh().cells_of_vertex(v).iter().copied())
-            .collect()
+        let around = live.flat_map(|&v| self.mesh().cells_of_vertex(v).iter().copied());
+        let grown = self.grown.iter().copied().filter(|c| self.mesh().has_cell(*c));
+        around.chain(grown).collect()
+    }
+
+    /// Radius ratio of a cell that there might be, at rest or in the cutting frame, whichever is worse; with one vertex
+    /// taken to lie elsewhere, if that is given.
+    pub(crate) fn quality_with(&self, corners: &[VertexId; N], moved: Option<(VertexId, &Place)>) -> f64 {
+        let place = |v: VertexId| match moved {
+            Some((w, place)) if w == v => (place.rest, place.now),
+            _ => (self.mesh().rest_position(v), self.position(v)),
+        };
+        let places = corners.map(place);
+        let rest = quality::radius_ratio(&places.map(|p| p.0));
+        if places.iter().all(|(rest, now)| rest == now) {
+            return rest;
+        }
+        rest.min(quality::radius_ratio(&places.map(|p| p.1)))
     }
 
     /// Worst radius ratio of some cells, at rest and in the cutting frame.
@@ -210,28 +338,61 @@ impl<'a, const N: usize> Workspace<'a, N> {
         cells.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// State to return to when a piece of the sweep turns out to change nothing.
+    /// A state to return to.
     pub(crate) fn savepoint(&self) -> Savepoint {
         Savepoint {
             mark: self.edit.mark(),
-            changed: self.changed.clone(),
-            descendants: self.descendants.clone(),
+            steps: self.journal.len(),
         }
     }
 
     /// Undoes everything since the savepoint.
     pub(crate) fn restore(&mut self, save: Savepoint) {
         self.edit.rollback_to(save.mark);
-        self.changed = save.changed;
-        self.descendants = save.descendants;
+        for step in self.journal.drain(save.steps..).rev() {
+            match step {
+                Step::Changed(v, Some(p)) => drop(self.changed.insert(v, p)),
+                Step::Changed(v, None) => drop(self.changed.remove(&v)),
+                Step::Descendants(c, Some(ids)) => drop(self.descendants.insert(c, ids)),
+                Step::Descendants(c, None) => drop(self.descendants.remove(&c)),
+                Step::Region(c, true) => drop(self.region.remove(&c)),
+                Step::Region(c, false) => drop(self.region.insert(c)),
+                Step::Grown(c) => drop(self.grown.remove(&c)),
+                Step::Sheet(facet, true) => drop(self.sheet.remove(&facet)),
+                Step::Sheet(facet, false) => drop(self.sheet.insert(facet)),
+            }
+        }
     }
 }
 
-/// See [`Workspace::savepoint`].
-pub(crate) struct Savepoint {
-    mark: Mark,
-    changed: HashMap<VertexId, Point>,
-    descendants: HashMap<CellId, Vec<CellId>>,
+/// Where a vertex might lie.
+pub(crate) struct Place {
+    pub(crate) rest: Point,
+    /// In the cutting frame.
+    pub(crate) now: Point,
+    /// The same place as a combination of vertices.
+    pub(crate) parents: Vec<(VertexId, f64)>,
+}
+
+/// The facet opposite corner `k` of a cell.
+pub(crate) fn facet_of<const N: usize>(corners: &[VertexId; N], k: usize) -> FacetKey {
+    let mut key = [u32::MAX; 3];
+    let others = corners.iter().enumerate().filter(|(i, _)| *i != k);
+    for (own, (_, v)) in key.iter_mut().zip(others) {
+        *own = v.0;
+    }
+    key.sort_unstable();
+    FacetKey(key)
+}
+
+/// Barycentric coordinates of `x` in a cell of some volume.
+pub(crate) fn barycentric<const N: usize>(p: &[Point; N], x: Point) -> [f64; N] {
+    let all = quality::cell_volume(p);
+    std::array::from_fn(|k| {
+        let mut q = *p;
+        q[k] = x;
+        quality::cell_volume(&q) / all
+    })
 }
 
 /// `first + sum of w_k (p_k - first)`: exact in a coordinate that all parents share, so that points made on a

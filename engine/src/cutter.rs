@@ -52,6 +52,29 @@ impl Cutter {
             return Ok(CutOutcome::default());
         };
         let mut outcome = kerfem_cutting::cut_within(mesh, tree, &self.positions, sweep, options, borders)?;
+        outcome.report.tree_nodes += self.follow(mesh, &outcome);
+        Ok(outcome)
+    }
+
+    /// Improves cells in the frame of the last [`Self::prepare`] and updates the tree where the mesh changed.
+    ///
+    /// # Errors
+    /// [`EngineError::Cut`] for options out of range.
+    pub(crate) fn improve<const N: usize>(
+        &mut self,
+        mesh: &mut SimplexMesh<N>,
+        cells: &[CellId],
+        options: &CutOptions,
+        borders: Borders<'_>,
+    ) -> Result<CutOutcome<N>, EngineError> {
+        let mut outcome = kerfem_cutting::improve(mesh, &self.positions, cells, options, borders)?;
+        outcome.report.tree_nodes += self.follow(mesh, &outcome);
+        Ok(outcome)
+    }
+
+    /// Carries positions and tree through a change; the tree nodes that were touched.
+    fn follow<const N: usize>(&mut self, mesh: &SimplexMesh<N>, outcome: &CutOutcome<N>) -> usize {
+        let Some(tree) = &mut self.tree else { return 0 };
         let change = &outcome.change;
         self.positions.resize(mesh.vertex_slots(), Point::zeros());
         for (v, position) in &outcome.positions {
@@ -69,8 +92,7 @@ impl Cutter {
         for c in change.vertices_moved.iter().flat_map(|v| mesh.cells_of_vertex(v.id)) {
             nodes += tree.update(c.0, cell_box).0;
         }
-        outcome.report.tree_nodes += nodes;
-        Ok(outcome)
+        nodes
     }
 }
 

@@ -65,6 +65,12 @@ pub struct GeometryCut {
     pub find_seconds: f64,
     /// Seconds spent changing the mesh.
     pub remesh_seconds: f64,
+    /// Seconds spent improving cells.
+    pub improve_seconds: f64,
+    /// Operations made to improve cells.
+    pub operations: usize,
+    /// Bad cells left over because the operations allowed were used up.
+    pub unfinished: usize,
     /// Why the cut was not made, if it was not.
     pub refused: Vec<String>,
     /// What the user should know.
@@ -104,6 +110,9 @@ pub fn cut_at_rest<const N: usize>(
         max_distance_to_sweep_m: record.max_distance_to_sweep_m,
         find_seconds: record.seconds.find,
         remesh_seconds: record.seconds.remesh,
+        improve_seconds: record.seconds.improve,
+        operations: record.operations,
+        unfinished: record.unfinished,
         refused: record.refused,
         warnings,
     })

@@ -21,6 +21,9 @@ const RANK: f64 = 1e-11;
 /// Deficits below this fraction of the momentum in the vertices concerned are rounding.
 const ROUNDING: f64 = 1e-14;
 
+/// Relative difference of volumes up to which they are the same.
+const SAME_VOLUME: f64 = 1e-9;
+
 /// What a correction did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Correction {
@@ -162,6 +165,22 @@ impl Touched {
         vertices
     }
 
+    /// Whether the touched cells fill the same space as before: cells were put together anew, none was taken out for good.
+    fn fills_what_was_filled<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        change: &MeshChange<N>,
+        moved: &BTreeMap<VertexId, Point>,
+    ) -> bool {
+        let volume = kerfem_mesh::quality::cell_volume::<N>;
+        let old_place = |v: VertexId| moved.get(&v).copied().unwrap_or(mesh.rest_position(v));
+        let removed: f64 = change.cells_removed.iter().map(|c| volume(&c.rest_positions)).sum();
+        let kept = self.cells.iter().filter(|c| !self.parents.contains_key(c));
+        let before: f64 = removed + kept.map(|c| volume(&mesh.cell(*c).map(old_place))).sum::<f64>();
+        let after: f64 = (self.cells.iter()).map(|c| volume(&mesh.cell_rest_positions(*c))).sum();
+        (before - after).abs() <= SAME_VOLUME * before
+    }
+
     /// What each piece lacks. A piece should have the momentum of the old fields over its cells (each continued linearly
     /// from the old cell it comes from); what these leave of the true sum over the old cells is shared out by mass.
     fn deficits<const N: usize>(
@@ -194,9 +213,10 @@ impl Touched {
             .collect();
 
         let mut before = Vector6::zeros();
-        // of a cell that is gone without heirs, the momentum is gone too
+        // where cells were taken out and not replaced, the momentum of those without heirs is gone too
         let heirs: BTreeSet<CellId> = self.parents.values().copied().collect();
-        for (id, sample) in removed.iter().filter(|(id, _)| heirs.contains(id)) {
+        let all_is_filled = self.fills_what_was_filled(mesh, change, &moved);
+        for (id, sample) in removed.iter().filter(|(id, _)| all_is_filled || heirs.contains(id)) {
             before += sample.momentum(assembler.material(*id), center);
         }
         let mut lacking = vec![Vector6::zeros(); self.pieces];

@@ -58,10 +58,7 @@ pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Resul
             at: spec.at,
             frame: spec.frame,
             sweep,
-            options: CutOptions {
-                method: spec.method.into(),
-                snap: spec.snap,
-            },
+            options: spec.options(),
             stored,
             warnings: warnings
                 .iter()
@@ -105,6 +102,7 @@ pub(crate) fn record<const N: usize>(time: f64, method: Method, outcome: &CutOut
         seconds: CutSeconds {
             find: report.find_seconds,
             remesh: report.remesh_seconds,
+            improve: report.improve_seconds,
             ..CutSeconds::default()
         },
         cells_removed: change.cells_removed.len(),
@@ -113,6 +111,8 @@ pub(crate) fn record<const N: usize>(time: f64, method: Method, outcome: &CutOut
         vertices_removed: change.vertices_removed.len(),
         vertices_moved: change.vertices_moved.len(),
         tree_nodes: report.tree_nodes,
+        operations: report.operations,
+        unfinished: report.unfinished.len(),
         area_m2: report.area,
         max_distance_to_sweep_m: report.max_distance_to_sweep,
         refused: report.refused.iter().map(ToString::to_string).collect(),

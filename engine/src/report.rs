@@ -125,6 +125,10 @@ pub struct CutRecord {
     pub cells_updated: usize,
     /// Nodes of the search tree that were looked at.
     pub tree_nodes: usize,
+    /// Operations made to improve cells.
+    pub operations: usize,
+    /// Bad cells left for later steps because the operations allowed were used up.
+    pub unfinished: usize,
     /// Area of one lip at rest; in the plane its length times the thickness.
     pub area_m2: f64,
     /// Largest distance of the new faces to the sweep, in the cutting frame.

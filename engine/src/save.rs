@@ -18,13 +18,13 @@ use crate::pending::{self, StoredCut};
 use crate::probes::Probes;
 use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
 use crate::scene::source::Source;
-use crate::simulation::Parts;
+use crate::simulation::{Backlog, Parts};
 use crate::{AnySimulation, Energies, EngineError, Scene, Simulation, State};
 
 const MAGIC: &[u8] = b"kerfem save\n";
 
 /// Number of the format; a change of what is stored is a new one.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Length of what stands before the content: magic, format, corners, length, checksum.
 const HEAD: usize = MAGIC.len() + 4 + 4 + 8 + 4;
@@ -45,6 +45,7 @@ struct Content<'a, const N: usize, Extra: Clone> {
     probes: Vec<Option<CellId>>,
     state: Cow<'a, State>,
     pending: Vec<StoredCut>,
+    backlog: Cow<'a, [Backlog]>,
     pinched: Cow<'a, [VertexId]>,
     energies: Energies,
     unbalanced: Cow<'a, [f64]>,
@@ -83,6 +84,7 @@ impl<const N: usize> Simulation<N> {
             probes: self.probes.cells(),
             state: Cow::Borrowed(&self.state),
             pending: self.pending.iter().map(|c| c.stored.clone()).collect(),
+            backlog: Cow::Borrowed(&self.backlog),
             pinched: Cow::Borrowed(&self.pinched),
             energies: self.energies,
             unbalanced: Cow::Borrowed(self.equilibrium.unbalanced()),
@@ -149,6 +151,7 @@ impl<const N: usize> Simulation<N> {
             unknowns: Some(content.unknowns),
         };
         let mut simulation = Self::assembled(scene, parts)?;
+        simulation.backlog = content.backlog.into_owned();
         simulation.pinched = content.pinched.into_owned();
         simulation.energies = content.energies;
         let unbalanced = content.unbalanced.into_owned();

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use kerfem_cutting::{Borders, CutOptions, Sweep};
 use kerfem_fem::{Assembler, LinearSolver, Material, Model};
-use kerfem_mesh::{MeshChange, Point, SimplexMesh, VertexId};
+use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh, VertexId};
+use serde::{Deserialize, Serialize};
 
 use crate::audit::pinched_vertices;
 use crate::choices::{self, Choices};
@@ -66,6 +67,8 @@ pub struct Simulation<const N: usize = 4> {
     pub(crate) buffers: Buffers,
     pub(crate) cutter: Cutter,
     pub(crate) pending: Vec<PendingCut>,
+    /// Bad cells that cuts have left over, for later steps.
+    pub(crate) backlog: Vec<Backlog>,
     /// Vertices that join cells by a point only in the mesh as read, ascending.
     pub(crate) pinched: Vec<VertexId>,
     /// Compares whole-mesh figures before and after each cut; costs work proportional to the mesh.
@@ -234,6 +237,7 @@ impl<const N: usize> Simulation<N> {
             cutter: Cutter::default(),
             warnings: parts.pending.iter().flat_map(|c| c.warnings.clone()).collect(),
             pending: parts.pending,
+            backlog: Vec::new(),
             pinched: Vec::new(),
             records_figures: false,
             verify: None,
@@ -303,6 +307,7 @@ impl<const N: usize> Simulation<N> {
 
     fn cut_what_is_due(&mut self, dt: f64) -> Result<f64, EngineError> {
         let clock = Instant::now();
+        self.work_on_backlog()?;
         let at_once = matches!(self.scene.time.scheme, Scheme::Static | Scheme::Evaluate);
         let due = |c: &PendingCut, t: f64| at_once || t >= c.at - 1e-9 * dt;
         let mut seconds = 0.0;
@@ -347,6 +352,7 @@ impl<const N: usize> Simulation<N> {
         let borders = Borders {
             cell_group: &|c| u64::from(regions[c.index()]),
             facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
+            vertex_group: &|v| u64::from(loads.on_vertex(v) || fixed.holds(v)),
         };
         let outcome = self.cutter.cut(&mut self.mesh, sweep, options, borders)?;
         let cut_seconds = clock.elapsed().as_secs_f64();
@@ -360,6 +366,13 @@ impl<const N: usize> Simulation<N> {
         record.velocity_correction = followed.correction.size;
         self.seconds.cut += cut_seconds;
         self.seconds.update += record.seconds.update;
+        if !outcome.report.unfinished.is_empty() {
+            self.backlog.push(Backlog {
+                cells: outcome.report.unfinished.clone(),
+                options: *options,
+                frame,
+            });
+        }
         for text in outcome.report.warnings.iter().chain(&record.refused) {
             self.warn(format!("cut at {} s: {text}", self.state.time));
         }
@@ -381,6 +394,45 @@ impl<const N: usize> Simulation<N> {
         );
         self.cuts.push(record.clone());
         Ok(record)
+    }
+
+    /// Goes on with the bad cells that the oldest cut has left over, with as many operations as one step is allowed.
+    fn work_on_backlog(&mut self) -> Result<(), EngineError> {
+        if self.backlog.is_empty() {
+            return Ok(());
+        }
+        let mut backlog = self.backlog.remove(0);
+        let clock = Instant::now();
+        self.cutter.prepare(&self.mesh, &self.state.u, backlog.frame);
+        let (regions, loads, fixed) = (&self.regions, &self.loads, &self.fixed);
+        let borders = Borders {
+            cell_group: &|c| u64::from(regions[c.index()]),
+            facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
+            vertex_group: &|v| u64::from(loads.on_vertex(v) || fixed.holds(v)),
+        };
+        let outcome = self
+            .cutter
+            .improve(&mut self.mesh, &backlog.cells, &backlog.options, borders)?;
+        self.seconds.cut += clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        self.follow(&outcome.change)?;
+        self.seconds.update += clock.elapsed().as_secs_f64();
+        tracing::debug!(
+            operations = outcome.report.operations,
+            left = outcome.report.unfinished.len(),
+            "cells improved"
+        );
+        if !outcome.report.unfinished.is_empty() {
+            backlog.cells = outcome.report.unfinished;
+            self.backlog.insert(0, backlog);
+        }
+        if !outcome.change.is_empty() {
+            self.measure_energies()?;
+            if self.verify.is_some() {
+                self.note_verification(None);
+            }
+        }
+        Ok(())
     }
 
     /// Carries a change of the mesh through everything that depends on it, in the order of dependence. The search tree has
@@ -516,6 +568,14 @@ impl<const N: usize> Simulation<N> {
             reason: reason.into(),
         }
     }
+}
+
+/// Bad cells that a cut has left over because the operations it was allowed were used up.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Backlog {
+    cells: Vec<CellId>,
+    options: CutOptions,
+    frame: Frame,
 }
 
 /// What [`Simulation::follow`] did.

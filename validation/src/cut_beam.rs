@@ -13,7 +13,8 @@ pub fn beam() -> TetMesh {
     generate::box_tets([4.0, 1.0, 1.0], [12, 4, 4], [0.0; 3])
 }
 
-/// Cuts a mesh at rest by `references/NAME.obj`, with the default method.
+/// Cuts a mesh at rest by `references/NAME.obj`, with the default method; without quality maintenance, so that every vertex
+/// keeps its number in a file.
 ///
 /// # Errors
 /// [`ValidationError`] if the sweep cannot be read or the cut is refused.
@@ -22,7 +23,11 @@ pub fn cut_by(mesh: &mut TetMesh, name: &str) -> Result<CutOutcome, ValidationEr
     let (sweep, _) = Sweep::new(data.points, data.triangles)?;
     let positions = mesh.rest_positions().to_vec();
     let tree = BoxTree::of_cells(mesh, &positions);
-    let outcome = cut(mesh, &tree, &positions, &sweep, &CutOptions::default())?;
+    let options = CutOptions {
+        improve: false,
+        ..CutOptions::default()
+    };
+    let outcome = cut(mesh, &tree, &positions, &sweep, &options)?;
     match outcome.report.refused.first() {
         Some(why) => Err(ValidationError::Refused {
             name: name.into(),

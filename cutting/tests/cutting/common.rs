@@ -116,17 +116,7 @@ pub(crate) fn surface(n: usize, at: impl Fn(f64, f64) -> Point) -> Sweep {
 pub(crate) fn cut_rest<const N: usize>(mesh: &mut SimplexMesh<N>, sweep: &Sweep, method: Method) -> CutOutcome<N> {
     let positions = mesh.rest_positions().to_vec();
     let tree = BoxTree::of_cells(mesh, &positions);
-    cut(
-        mesh,
-        &tree,
-        &positions,
-        sweep,
-        &CutOptions {
-            method,
-            ..CutOptions::default()
-        },
-    )
-    .unwrap()
+    cut(mesh, &tree, &positions, sweep, &CutOptions::of(method)).unwrap()
 }
 
 /// What must hold after every cut (DESIGN invariants 3 and 5, F16).

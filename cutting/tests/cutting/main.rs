@@ -4,6 +4,7 @@
 
 mod codes;
 mod common;
+mod improve;
 mod planar;
 mod random;
 mod robust;

@@ -41,6 +41,12 @@ pub(super) fn snap(text: &str) -> Result<f64, String> {
     snap.ok_or_else(|| format!("\"{text}\" is not accepted; a fraction from 0 to 0.45 is needed"))
 }
 
+/// A radius ratio to be reached.
+pub(super) fn quality(text: &str) -> Result<f64, String> {
+    let quality = text.parse().ok().filter(|q| (0.0..=0.7).contains(q));
+    quality.ok_or_else(|| format!("\"{text}\" is not accepted; a radius ratio from 0 to 0.7 is needed"))
+}
+
 /// A method of cutting.
 pub(super) fn method(text: &str) -> Result<MethodName, String> {
     text.parse()

@@ -1,6 +1,6 @@
 //! `kerfem cut`.
 
-use kerfem_cutting::CutOptions;
+use kerfem_cutting::{CutOptions, Method};
 use kerfem_engine::geometry::{GeometryCut, cut_at_rest};
 use kerfem_engine::{EngineError, output};
 use kerfem_mesh::SimplexMesh;
@@ -12,9 +12,13 @@ pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
     if let Some(path) = &arguments.output {
         check_output(path)?;
     }
+    let method = Method::from(arguments.method);
     let options = CutOptions {
-        method: arguments.method.into(),
+        method,
         snap: arguments.snap,
+        improve: arguments.improve.unwrap_or(method.improves()),
+        quality: arguments.quality,
+        operations: arguments.operations.unwrap_or(usize::MAX),
     };
     match MeshFile::read(&arguments.mesh)? {
         MeshFile::Tets(mut mesh) => cut_and_write(&mut mesh, arguments, &options),
@@ -88,9 +92,15 @@ fn print(done: &GeometryCut) {
         q.max_dihedral_deg
     );
     say!(
-        "seconds: find {:.4}, remesh {:.4}",
+        "operations to improve cells {}, cells left over {}",
+        done.operations,
+        done.unfinished
+    );
+    say!(
+        "seconds: find {:.4}, remesh {:.4}, improve {:.4}",
         done.find_seconds,
-        done.remesh_seconds
+        done.remesh_seconds,
+        done.improve_seconds
     );
     done.refused.iter().for_each(|r| say!("refused: {r}"));
     done.warnings.iter().for_each(|w| say!("warning: {w}"));

@@ -99,12 +99,21 @@ struct CutArguments {
     /// A triangulated surface, for triangles line segments (.obj, .stl, .vtu, .vtp, .vtk)
     #[arg(long)]
     sweep: PathBuf,
-    /// How the mesh is made to follow the sweep: delete, subdivide, snap or hybrid
+    /// How the mesh is made to follow the sweep: delete, subdivide, snap, hybrid, collapse or merge
     #[arg(long, default_value = "hybrid", value_parser = arguments::method)]
     method: MethodName,
     /// Snapping distance as a fraction of the local mean edge, 0 to 0.45
     #[arg(long, default_value_t = 0.2, value_parser = arguments::snap, allow_hyphen_values = true)]
     snap: f64,
+    /// Whether cells that come out badly are improved, true or false (default: true for hybrid, collapse and merge)
+    #[arg(long, value_parser = clap::value_parser!(bool))]
+    improve: Option<bool>,
+    /// Radius ratio below which a cell counts as bad, 0 to 0.7
+    #[arg(long, default_value_t = 0.3, value_parser = arguments::quality, allow_hyphen_values = true)]
+    quality: f64,
+    /// How many operations may be made to improve cells (default: no limit)
+    #[arg(long)]
+    operations: Option<usize>,
     /// Where to write the cut mesh (.vtu, of triangles also .vtp)
     #[arg(short, long)]
     output: Option<PathBuf>,

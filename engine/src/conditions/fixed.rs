@@ -195,6 +195,11 @@ impl<const N: usize> FixedDofs<N> {
         })
     }
 
+    /// Whether any component of a vertex is prescribed.
+    pub(crate) fn holds(&self, v: VertexId) -> bool {
+        self.owner[v.index()] != [FREE; 3]
+    }
+
     /// Replaces what the set `index` prescribes (m).
     pub(crate) fn set_displacement(&mut self, index: usize, displacement: [f64; 3]) -> bool {
         match self.sets.get_mut(index) {

@@ -130,6 +130,15 @@ impl Loads {
             .fold(0, |bits, (i, l)| bits | u64::from(acts(l)) << i)
     }
 
+    /// Whether a load acts on a vertex itself.
+    pub(crate) fn on_vertex(&self, v: VertexId) -> bool {
+        self.loads.iter().any(|l| match &l.place {
+            Place::Vertices(shares) => shares.contains_key(&v),
+            Place::Nodal(forces) => forces.contains_key(&v),
+            Place::Body | Place::Facets { .. } => false,
+        })
+    }
+
     /// What each load acts on, in the order of the scene.
     pub(crate) fn selected<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<Selected> {
         let thickness = self.thickness;

@@ -395,6 +395,13 @@ impl Scene {
                 let message = format!("{:?} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);
                 return self.fail("cut", i, "snap", message);
             }
+            if !(c.quality >= 0.0 && c.quality <= 0.7) {
+                let message = format!(
+                    "{:?} is not accepted; a radius ratio from 0 to 0.7 is needed",
+                    c.quality
+                );
+                return self.fail("cut", i, "quality", message);
+            }
         }
         Ok(())
     }

@@ -459,10 +459,36 @@ pub struct CutSpec {
     /// Snapping distance as a fraction of the local mean edge.
     #[serde(default = "default_snap")]
     pub snap: f64,
+    /// Whether cells that come out badly are improved: by smoothing, swaps, collapses and new vertices; tetrahedra only. Default:
+    /// yes for "hybrid", "collapse" and "merge".
+    pub improve: Option<bool>,
+    /// Radius ratio (3 r/R) below which a cell counts as bad and is worked on, 0 to 0.7.
+    #[serde(default = "default_quality")]
+    pub quality: f64,
+    /// How many operations may be made in one step to improve cells; later steps go on with what is left. Default: no limit.
+    pub operations: Option<usize>,
 }
 
 fn default_snap() -> f64 {
     0.2
+}
+
+fn default_quality() -> f64 {
+    0.3
+}
+
+impl CutSpec {
+    /// The settings of the cut.
+    pub(crate) fn options(&self) -> kerfem_cutting::CutOptions {
+        let method = kerfem_cutting::Method::from(self.method);
+        kerfem_cutting::CutOptions {
+            method,
+            snap: self.snap,
+            improve: self.improve.unwrap_or(method.improves()),
+            quality: self.quality,
+            operations: self.operations.unwrap_or(usize::MAX),
+        }
+    }
 }
 
 /// How the mesh is made to follow a sweep.
@@ -479,6 +505,10 @@ pub enum MethodName {
     /// Vertices near the sweep are moved onto it, other cells are split.
     #[default]
     Hybrid,
+    /// Cells are split, then short edges of bad cells collapse; tetrahedra only.
+    Collapse,
+    /// Cells are split, then edges of cells that are small and uneven compared with their neighbours merge; tetrahedra only.
+    Merge,
 }
 
 impl From<MethodName> for kerfem_cutting::Method {
@@ -488,6 +518,8 @@ impl From<MethodName> for kerfem_cutting::Method {
             MethodName::Subdivide => kerfem_cutting::Method::Subdivide,
             MethodName::Snap => kerfem_cutting::Method::Snap,
             MethodName::Hybrid => kerfem_cutting::Method::Hybrid,
+            MethodName::Collapse => kerfem_cutting::Method::Collapse,
+            MethodName::Merge => kerfem_cutting::Method::Merge,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a scene may say about z, once it is known whether its mesh lies in a plane.
 
 use super::check::Checked;
-use super::{Axis, Component, InitialField, NodalForces, Scene};
+use super::{Axis, Component, InitialField, MethodName, NodalForces, Scene};
 use crate::Expression;
 
 const IN_PLANE: &str = "the mesh is planar: nothing moves along z";
@@ -19,6 +19,15 @@ impl Scene {
             }
         }
         self.check_fixed_in(dimension)?;
+        for (i, c) in self.cut.iter().enumerate().filter(|_| dimension == 2) {
+            if matches!(c.method, MethodName::Collapse | MethodName::Merge) {
+                let message = "the mesh is planar; \"delete\", \"subdivide\", \"snap\", \"hybrid\" cut triangles";
+                return self.fail("cut", i, "method", message);
+            }
+            if c.improve == Some(true) {
+                return self.fail("cut", i, "improve", "the mesh is planar; only tetrahedra are improved");
+            }
+        }
         for (i, l) in self.load.iter().enumerate() {
             for (key, vector) in [("gravity", &l.gravity), ("traction", &l.traction), ("force", &l.force)] {
                 if let Some(vector) = vector {

@@ -23,12 +23,10 @@ const SHOWN: usize = 60;
 const LIST_NEEDED: &str = "a list is needed";
 
 /// Names that the format knows and this version does not run.
-const NOT_YET: [&str; 9] = [
+const NOT_YET: [&str; 7] = [
     "newmark",
     "bdf2",
     "central-difference",
-    "collapse",
-    "merge",
     "delaunay",
     "blade",
     "path",

@@ -184,13 +184,13 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         ),
         (
             "at = 0.05",
-            "at = 0.05\nmethod = \"merge\"",
-            "s.toml:18: cut.method: \"merge\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\"",
+            "at = 0.05\nmethod = \"delaunay\"",
+            "s.toml:18: cut.method: \"delaunay\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\", \"collapse\", \"merge\"",
         ),
         (
             "sweep = \"blade.obj\"",
             "blade = [[0, [0, 0, 0], [1, 0, 0]]]",
-            "s.toml:18: cut.blade: \"blade\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"frame\", \"snap\"",
+            "s.toml:18: cut.blade: \"blade\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"frame\", \"snap\", \"improve\", \"quality\", \"operations\"",
         ),
         (
             "name = \"beam\"",

@@ -14,7 +14,7 @@ fn blade(at: f64) -> Sweep {
 }
 
 fn options(method: Method) -> CutOptions {
-    CutOptions { method, snap: 0.2 }
+    CutOptions::of(method)
 }
 
 const MOVING: &str = "[initial]\nvelocity = ['0.3*sin(3*y)', 'x*z', '0.4*cos(2*x)']\n[[fixed]]\nwhere = 'x < 1e-9'\n\
@@ -33,7 +33,13 @@ fn moving() -> Simulation {
 
 #[test]
 fn every_method_keeps_what_it_must() {
-    for method in [Method::Subdivide, Method::Snap, Method::Hybrid] {
+    for method in [
+        Method::Subdivide,
+        Method::Snap,
+        Method::Hybrid,
+        Method::Collapse,
+        Method::Merge,
+    ] {
         for frame in [Frame::Deformed, Frame::Rest] {
             let mut s = moving();
             let record = s.cut_in_frame(frame, &blade(1.07), &options(method)).unwrap();
@@ -196,4 +202,46 @@ fn probes_follow_their_side_of_a_cut() {
     assert_eq!(report["cuts"][0]["pieces_after"], 2);
     assert_eq!(report["verify"]["invariants"], "ok");
     assert_eq!(report["mesh"]["final"]["pieces"], 2);
+}
+
+/// G3, G5: a budget of one operation a step spreads the improvement of cells over later steps; K and M equal a fresh assembly
+/// after every single operation, and momentum is kept.
+#[test]
+fn what_a_cut_leaves_over_is_done_in_later_steps() {
+    let free = MOVING.replace("[[fixed]]\nwhere = 'x < 1e-9'\n", "").replace(
+        "[[load]]\ngravity = [0, 0, -9.81]\n[[load]]\nwhere = 'z > 0.999'\ntraction = [0, 0, -50]\n",
+        "",
+    );
+    let corners = [[0.6, -1.0, -1.0], [1.6, 2.0, -1.0], [1.9, 2.0, 2.0], [0.9, -1.0, 2.0]];
+    let askew = Sweep::new(corners.map(Vector3::from).to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+        .unwrap()
+        .0;
+    for method in [Method::Collapse, Method::Merge, Method::Hybrid] {
+        let mut s = simulation(&box_scene([2.0, 1.0, 1.0], [6, 3, 3], &free));
+        s.verify(true);
+        s.step(0.01).unwrap();
+        let budget = CutOptions {
+            operations: 1,
+            quality: 0.4,
+            ..options(method)
+        };
+        let momentum = |s: &Simulation| weighted(s, 1000.0, |i| nodal(s.v(), i));
+        let before = momentum(&s);
+        let record = s.cut(&askew, &budget).unwrap();
+        assert!(
+            record.operations == 1 && record.unfinished > 3,
+            "{method:?}: {record:?}"
+        );
+        let cells = s.mesh().num_cells();
+        for _ in 0..60 {
+            assert!(s.step(0.002).unwrap().converged);
+        }
+        let verified = s.verification().unwrap();
+        assert_eq!(verified.invariants, "ok", "{method:?}");
+        assert_eq!(verified.stiffness_max_relative_difference, 0.0);
+        assert_eq!(verified.mass_max_relative_difference, 0.0);
+        assert_ne!(s.mesh().num_cells(), cells, "{method:?}");
+        let lost = (momentum(&s) - before).norm();
+        assert!(lost < 1e-9 * before.norm(), "{method:?}: {lost}");
+    }
 }

@@ -364,7 +364,7 @@ fn cut_and_go_on<const N: usize>(mut s: Simulation<N>, blade: &Sweep, method: Me
     s.record_figures(true);
     s.verify(true);
     (0..4).for_each(|_| assert!(s.step(0.01).unwrap().converged));
-    let record = s.cut(blade, &CutOptions { method, snap: 0.2 }).unwrap();
+    let record = s.cut(blade, &CutOptions::of(method)).unwrap();
     assert!(record.refused.is_empty() && record.pieces_after == 2, "{record:?}");
     assert!(record.momentum_change_relative < 1e-12);
     for _ in 0..6 {

@@ -13,7 +13,7 @@ fn line(points: &[[f64; 2]]) -> Sweep {
 }
 
 fn options(method: Method) -> CutOptions {
-    CutOptions { method, snap: 0.2 }
+    CutOptions::of(method)
 }
 
 const MOVING: &str = "name = 'plate'\n[mesh]\nplate = { size = [2, 1], cells = [12, 6] }\n[material]\nyoung = 1e5\n\

@@ -143,14 +143,16 @@ fn values_of_arguments() {
             "--method",
             &[
                 "unknown value \"hybird\"; did you mean \"hybrid\"?",
-                "accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\"",
+                "accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\", \"collapse\", \"merge\"",
             ],
         ),
         cut(
             "a method that is not available yet",
-            "--method collapse",
+            "--method delaunay",
             "--method",
-            &["\"collapse\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\""],
+            &[
+                "\"delaunay\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\", \"collapse\", \"merge\"",
+            ],
         ),
     ]);
 }

@@ -296,15 +296,17 @@ pub(crate) const KEYS: &[Row] = &[
         "scene.toml:17: cut.method",
         &[
             "unknown value \"hybird\"; did you mean \"hybrid\"?",
-            "accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\"",
+            "accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\", \"collapse\", \"merge\"",
         ],
     ),
     (
         "a method that is not available yet",
         "at = 0.01",
-        "method = 'merge'",
+        "method = 'delaunay'",
         "scene.toml:17: cut.method",
-        &["\"merge\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\""],
+        &[
+            "\"delaunay\" is not available yet; accepted: \"delete\", \"subdivide\", \"snap\", \"hybrid\", \"collapse\", \"merge\"",
+        ],
     ),
     (
         "a blade, which is not available yet",

@@ -89,10 +89,7 @@ fn a_cut_through_a_bent_bar_does_not_twist_it() {
             let scale = largest(before.iter().copied());
             assert!(scale > 1e3, "the bar is strained: {scale} N");
 
-            let options = CutOptions {
-                method,
-                ..CutOptions::default()
-            };
+            let options = CutOptions::of(method);
             let record = s.cut(&across_the_middle(offset, half_height), &options).unwrap();
             assert!(record.refused.is_empty() && record.area_m2 > 0.4, "{record:?}");
             assert_eq!(s.mesh().pieces().1, pieces);
@@ -135,15 +132,7 @@ fn a_turned_bar_bears_no_force_after_a_cut() {
             |x: f64, y: f64, z: f64| Point::new(0.5 * x - 0.75_f64.sqrt() * z, y, 0.75_f64.sqrt() * x + 0.5 * z);
         let (points, triangles) = rectangle(turned(1.9, 0.5, 0.9), turned(0.1, 1.0, 0.0), turned(-0.1, 0.07, 0.6));
         let sweep = Sweep::new(points, triangles).unwrap().0;
-        let record = s
-            .cut(
-                &sweep,
-                &CutOptions {
-                    method,
-                    ..CutOptions::default()
-                },
-            )
-            .unwrap();
+        let record = s.cut(&sweep, &CutOptions::of(method)).unwrap();
         assert!(record.refused.is_empty() && record.area_m2 > 0.5);
         let residual = largest(force(&assemble(s.mesh()), s.mesh(), s.u()));
         // a linear model would answer with forces of the size of Young's modulus times the area of a facet

@@ -1,0 +1,72 @@
+//! Edge collapse (G3, G4, Y5): one end of an edge moves onto the other, and the cells between them vanish.
+
+use kerfem_mesh::{CellId, FacetKey, VertexId};
+
+use super::hold::{Freedom, Hold, Seam, keeps_front, keeps_sheet, places, worst};
+use super::{FLAT, Limits, link};
+use crate::snap::keeps_boundary;
+use crate::workspace::Workspace;
+
+/// Moves `a` onto `b`; the new cells, or `None` if that is not possible: if a cell would not be better than `wanted` (`None`:
+/// than the worst one was), topology would change (the link condition), `a` would leave its surface or its front, or has
+/// conditions of its own.
+pub(super) fn collapse<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    limits: &Limits<'_>,
+    [a, b]: [VertexId; 2],
+    wanted: Option<f64>,
+) -> Option<Vec<CellId>> {
+    let star = ws.mesh().cells_of_vertex(a).to_vec();
+    let wanted = wanted.unwrap_or_else(|| worst(ws, &star)).max(FLAT);
+    let onto = |v: VertexId| if v == a { b } else { v };
+    let new: Vec<[VertexId; N]> = (star.iter().map(|c| ws.mesh().cell(*c)))
+        .filter(|corners| !corners.contains(&b))
+        .map(|corners| corners.map(onto))
+        .collect();
+    let better = |corners: &[VertexId; N]| ws.quality_with(corners, None) > wanted;
+    if new.is_empty() || !new.iter().all(better) || ws.is_held(a) || !ws.may_move(a) {
+        return None;
+    }
+    let hold = Hold::of(ws, a);
+    if hold.freedom(ws) == Freedom::None || !keeps_boundary(ws, a, &star, ws.mesh().rest_position(b)) {
+        return None;
+    }
+    let sheet: Vec<FacetKey> = (hold.sheet.iter())
+        .filter(|f| !f.0.contains(&b.0))
+        .map(|f| renamed(f, a, b))
+        .collect();
+    if !hold.sheet.is_empty() {
+        let (old, now) = (places(ws, &hold.sheet, None), places(ws, &sheet, None));
+        if !keeps_sheet(limits, &old, &now, ws.mesh().local_size(a)) {
+            return None;
+        }
+    }
+    let front: Vec<VertexId> = (hold.seam.iter())
+        .filter(|(_, what)| *what == Seam::Front)
+        .map(|(end, _)| *end)
+        .collect();
+    if !front.is_empty() {
+        let from = |v: VertexId| {
+            front
+                .iter()
+                .map(|w| [ws.position(v), ws.position(*w)])
+                .collect::<Vec<_>>()
+        };
+        if !keeps_front(limits, &from(a), &from(b), ws.mesh().local_size(a)) {
+            return None;
+        }
+    }
+    if !link::condition(ws, a, b, [&hold, &Hold::of(ws, b)]) {
+        return None;
+    }
+    let made = ws.retile(&star, &new, Some((a, b)), &[]);
+    ws.exchange_sheet(&hold.sheet, &sheet);
+    ws.edit.remove_vertex(a, Some(b));
+    Some(made)
+}
+
+fn renamed(facet: &FacetKey, a: VertexId, b: VertexId) -> FacetKey {
+    let mut key = facet.0.map(|v| if v == a.0 { b.0 } else { v });
+    key.sort_unstable();
+    FacetKey(key)
+}

@@ -1,0 +1,152 @@
+//! Moving one vertex (Y7, Y9): to the mean of its neighbours or elsewhere near, where the worst of its cells gets better.
+
+use kerfem_mesh::{CellId, Point, VertexId};
+
+use super::hold::{Freedom, Hold, Seam, keeps_front, keeps_sheet, places, worst};
+use super::{FLAT, GAIN, Limits};
+use crate::snap::{keeps_boundary, parents_within};
+use crate::workspace::{Place, Workspace, combine};
+
+/// How far towards each target a vertex is tried.
+const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
+/// Moves of one vertex in a row.
+const ROUNDS: usize = 4;
+
+/// Moves a vertex as far as that lifts the worst of its cells; these, or `None` if it stays.
+///
+/// A vertex on the boundary keeps to its plane or its straight crease, one on the sheet goes on lying on the sweep, one on a
+/// seam moves along it: no volume is lost, unlike in Y9.
+pub(super) fn smooth<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    limits: &Limits<'_>,
+    v: VertexId,
+) -> Option<Vec<CellId>> {
+    let hold = Hold::of(ws, v);
+    let freedom = hold.freedom(ws);
+    if freedom == Freedom::None || ws.is_held(v) || !ws.may_move(v) {
+        return None;
+    }
+    let star = ws.mesh().cells_of_vertex(v).to_vec();
+    let mut moved = false;
+    for _ in 0..ROUNDS {
+        let before = worst(ws, &star);
+        let wanted = (before * (1.0 + GAIN)).max(FLAT);
+        let mut better: Vec<(f64, Place)> = candidates(ws, limits, v, &star, &hold, freedom)
+            .into_iter()
+            .map(|place| (quality(ws, v, &star, &place, wanted), place))
+            .filter(|(quality, _)| *quality > wanted)
+            .collect();
+        better.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let allowed = |place: &Place| {
+            let sheet = || {
+                let (old, new) = (
+                    places(ws, &hold.sheet, None),
+                    places(ws, &hold.sheet, Some((v, place.now))),
+                );
+                keeps_sheet(limits, &old, &new, ws.mesh().local_size(v))
+            };
+            let front = || {
+                let ends = hold.seam.iter().filter(|(_, what)| *what == Seam::Front);
+                let ends: Vec<Point> = ends.map(|(w, _)| ws.position(*w)).collect();
+                let from = |p: Point| ends.iter().map(|q| [p, *q]).collect::<Vec<_>>();
+                keeps_front(limits, &from(ws.position(v)), &from(place.now), ws.mesh().local_size(v))
+            };
+            keeps_boundary(ws, v, &star, place.rest) && (hold.sheet.is_empty() || sheet() && front())
+        };
+        let Some((_, place)) = better.into_iter().find(|(_, place)| allowed(place)) else {
+            break;
+        };
+        ws.put_vertex(v, place.now, &place.parents);
+        moved = true;
+    }
+    moved.then_some(star)
+}
+
+/// The worst cell with the vertex elsewhere; no more than that it is not good enough, if it is not.
+fn quality<const N: usize>(ws: &Workspace<'_, N>, v: VertexId, star: &[CellId], place: &Place, wanted: f64) -> f64 {
+    let mut worst = f64::INFINITY;
+    for &c in star {
+        worst = worst.min(ws.quality_with(&ws.mesh().cell(c), Some((v, place))));
+        if worst <= wanted {
+            break;
+        }
+    }
+    worst
+}
+
+fn candidates<const N: usize>(
+    ws: &Workspace<'_, N>,
+    limits: &Limits<'_>,
+    v: VertexId,
+    star: &[CellId],
+    hold: &Hold,
+    freedom: Freedom,
+) -> Vec<Place> {
+    let here = ws.position(v);
+    let between = |parents: Vec<(VertexId, f64)>| Place {
+        rest: combine(&parents, |u| ws.mesh().rest_position(u)),
+        now: combine(&parents, |u| ws.position(u)),
+        parents,
+    };
+    let along = |ends: &[VertexId]| {
+        let steps = ends.iter().flat_map(|w| FRACTIONS[1..].iter().map(move |t| (*w, *t)));
+        steps
+            .map(|(w, t)| between(vec![(v, 1.0 - t), (w, t)]))
+            .collect::<Vec<_>>()
+    };
+    match freedom {
+        Freedom::None => Vec::new(),
+        Freedom::Seam => along(&hold.seam.iter().map(|(w, _)| *w).collect::<Vec<_>>()),
+        Freedom::Boundary => {
+            let mut around: Vec<VertexId> = hold
+                .boundary
+                .iter()
+                .flat_map(|s| ws.mesh().facet_corners(*s))
+                .filter(|w| *w != v)
+                .collect();
+            around.sort_unstable();
+            around.dedup();
+            let mut out = along(&around);
+            let share = 1.0 / around.len().max(1) as f64;
+            out.extend(FRACTIONS.iter().map(|t| {
+                let others = around.iter().map(|w| (*w, t * share));
+                between([(v, 1.0 - t)].into_iter().chain(others).collect())
+            }));
+            out
+        }
+        Freedom::Inside | Freedom::Sheet => {
+            let around = ws.mesh().vertex_neighbors(v);
+            let mean = around.iter().map(|w| ws.position(*w)).sum::<Point>() / around.len().max(1) as f64;
+            let mut targets = vec![mean];
+            targets.extend(away_from_worst(ws, v, star));
+            targets.extend(around.iter().map(|w| here + (ws.position(*w) - here) * 0.5));
+            let nearest = |p: Point| match (freedom, limits.piece) {
+                (Freedom::Sheet, Some(piece)) => piece.nearest(&p).point,
+                _ => p,
+            };
+            let steps = targets
+                .iter()
+                .flat_map(|target| FRACTIONS.iter().map(move |t| here + (target - here) * *t));
+            let place = |now: Point| {
+                let parents = parents_within(ws, star, now)?;
+                let rest = combine(&parents, |u| ws.mesh().rest_position(u));
+                Some(Place { rest, now, parents })
+            };
+            steps.map(nearest).filter_map(place).collect()
+        }
+    }
+}
+
+/// Where the worst cell of a vertex would be about as high over its opposite facet as that is wide.
+fn away_from_worst<const N: usize>(ws: &Workspace<'_, N>, v: VertexId, star: &[CellId]) -> Option<Point> {
+    let quality = |c: &CellId| ws.quality_with(&ws.mesh().cell(*c), None);
+    let worst = star.iter().min_by(|a, b| quality(a).total_cmp(&quality(b)))?;
+    let corners = ws.mesh().cell(*worst);
+    let local = corners.iter().position(|w| *w == v)? as u8;
+    let side = kerfem_mesh::FacetSide { cell: *worst, local };
+    let p = ws.mesh().facet_corners(side).map(|w| ws.position(w));
+    let normal = kerfem_mesh::quality::facet_normal::<N>(&p);
+    let middle = (p[0] + p[1] + p[2]) / 3.0;
+    let width = ((p[1] - p[0]).norm() + (p[2] - p[1]).norm() + (p[0] - p[2]).norm()) / 3.0;
+    (normal.norm() > 0.0).then(|| middle - normal.normalize() * (0.8 * width))
+}
