@@ -390,7 +390,7 @@ fn pass<const N: usize>(
         Method::Subdivide | Method::Collapse | Method::Merge => {
             sheet::take_present(ws, piece, snap);
             front::place(ws, piece, snap);
-            sheet::open(ws, piece, Rule::Split { served: snap });
+            sheet::open(ws, piece, Rule::SplitBeyond(snap));
             mark(ws, piece, snap)?
         }
         Method::Snap => {

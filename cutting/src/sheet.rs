@@ -14,11 +14,10 @@ use crate::workspace::Workspace;
 pub(crate) enum Rule {
     /// An end closer to the sweep than this fraction of its local size takes the cut; other edges are split.
     SnapWithin(f64),
-    /// Edges are split; only what an earlier cut left within this fraction of the local size serves for them.
-    Split {
-        /// The fraction.
-        served: f64,
-    },
+    /// Edges are split, except at a vertex of the boundary closer than half this fraction, which takes the cut: the pieces of
+    /// its edges would be too short, and such a vertex leaves no choice how they collapse. What an earlier cut left within the
+    /// fraction serves for edges too.
+    SplitBeyond(f64),
     /// The nearer end always takes the cut; nothing is split.
     SnapAlways,
 }
@@ -64,7 +63,7 @@ pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rul
         }
         match rule {
             Rule::SnapWithin(snap) => split_crossed(ws, hits, &chosen, snap),
-            Rule::Split { .. } => split_crossed(ws, hits, &chosen, 0.0),
+            Rule::SplitBeyond(_) => split_crossed(ws, hits, &chosen, 0.0),
             Rule::SnapAlways => {}
         }
     }
@@ -98,8 +97,8 @@ fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rul
 fn served<const N: usize>(ws: &Workspace<'_, N>, rule: Rule, v: VertexId) -> f64 {
     match rule {
         Rule::SnapWithin(snap) => snap,
-        Rule::Split { served } if is_on_cut_face(ws, v) => served,
-        Rule::Split { .. } | Rule::SnapAlways => 0.0,
+        Rule::SplitBeyond(snap) if is_on_cut_face(ws, v) => snap,
+        Rule::SplitBeyond(_) | Rule::SnapAlways => 0.0,
     }
 }
 
@@ -119,7 +118,7 @@ fn choose_cut_vertices<const N: usize>(
             let distance = piece.nearest(&ws.position(v)).distance;
             let near = match rule {
                 Rule::SnapWithin(snap) => distance < ws.reach(v, snap),
-                Rule::Split { .. } => distance < ws.reach(v, 0.0),
+                Rule::SplitBeyond(snap) => ws.mesh().is_boundary_vertex(v) && distance < ws.reach(v, snap / 2.0),
                 Rule::SnapAlways => true,
             };
             if near {

@@ -41,7 +41,8 @@ pub(super) fn remove_edge<const N: usize>(
     // the filling must have the new edge of the sheet
     let diagonal = match (0..ring.vertices.len()).filter(on_sheet).collect::<Vec<_>>()[..] {
         [] => None,
-        [i, j] if ring.closed => Some([i, j]),
+        // between neighbours there is an edge already
+        [i, j] if ring.closed && j > i + 1 && j - i < ring.vertices.len() - 1 => Some([i, j]),
         _ => return None,
     };
     let wanted = (worst(ws, &cells) * (1.0 + GAIN)).max(FLAT);
