@@ -265,6 +265,16 @@ impl<'a, const N: usize> Workspace<'a, N> {
         self.set_position(v, position);
     }
 
+    /// Vertices of the mesh before the cut that lie elsewhere now, ascending.
+    pub(crate) fn moved_vertices(&self) -> Vec<VertexId> {
+        let old = self.changed.keys().copied();
+        let mut moved: Vec<VertexId> = old
+            .filter(|v| v.index() < self.positions.len() && self.mesh().has_vertex(*v))
+            .collect();
+        moved.sort_unstable();
+        moved
+    }
+
     /// Whether a vertex may move without shifting a border between materials, or between different conditions on one plane
     /// of the boundary.
     pub(crate) fn may_move(&self, v: VertexId) -> bool {

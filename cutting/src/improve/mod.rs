@@ -12,8 +12,11 @@ mod collapse;
 mod hold;
 mod insert;
 mod link;
+mod relax;
 mod smooth;
 mod swap;
+
+pub(crate) use relax::relax;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,6 +38,8 @@ pub(crate) struct Limits<'a> {
     pub(crate) piece: Option<&'a Piece>,
     /// How far from it a facet of the sheet may lie, as a fraction of the local size.
     pub(crate) sheet: f64,
+    /// The quality from which a cell is good enough.
+    pub(crate) floor: f64,
 }
 
 /// Which cells are worked on.

@@ -37,22 +37,7 @@ pub(super) fn smooth<const N: usize>(
             .filter(|(quality, _)| *quality > wanted)
             .collect();
         better.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let allowed = |place: &Place| {
-            let sheet = || {
-                let (old, new) = (
-                    places(ws, &hold.sheet, None),
-                    places(ws, &hold.sheet, Some((v, place.now))),
-                );
-                keeps_sheet(limits, &old, &new, ws.mesh().local_size(v))
-            };
-            let front = || {
-                let ends = hold.seam.iter().filter(|(_, what)| *what == Seam::Front);
-                let ends: Vec<Point> = ends.map(|(w, _)| ws.position(*w)).collect();
-                let from = |p: Point| ends.iter().map(|q| [p, *q]).collect::<Vec<_>>();
-                keeps_front(limits, &from(ws.position(v)), &from(place.now), ws.mesh().local_size(v))
-            };
-            keeps_boundary(ws, v, &star, place.rest) && (hold.sheet.is_empty() || sheet() && front())
-        };
+        let allowed = |place: &Place| keeps_surfaces(ws, limits, v, &star, &hold, place);
         let Some((_, place)) = better.into_iter().find(|(_, place)| allowed(place)) else {
             break;
         };
@@ -60,6 +45,30 @@ pub(super) fn smooth<const N: usize>(
         moved = true;
     }
     moved.then_some(star)
+}
+
+/// Whether boundary, sheet and front stay where they are if a vertex goes to a place.
+pub(super) fn keeps_surfaces<const N: usize>(
+    ws: &Workspace<'_, N>,
+    limits: &Limits<'_>,
+    v: VertexId,
+    star: &[CellId],
+    hold: &Hold,
+    place: &Place,
+) -> bool {
+    let size = ws.mesh().local_size(v);
+    let sheet = || {
+        let old = places(ws, &hold.sheet, None);
+        let new = places(ws, &hold.sheet, Some((v, place.now)));
+        keeps_sheet(limits, &old, &new, size)
+    };
+    let front = || {
+        let ends = hold.seam.iter().filter(|(_, what)| *what == Seam::Front);
+        let ends: Vec<Point> = ends.map(|(w, _)| ws.position(*w)).collect();
+        let from = |p: Point| ends.iter().map(|q| [p, *q]).collect::<Vec<_>>();
+        keeps_front(limits, &from(ws.position(v)), &from(place.now), size)
+    };
+    keeps_boundary(ws, v, star, place.rest) && (hold.sheet.is_empty() || sheet() && front())
 }
 
 /// The worst cell with the vertex elsewhere; no more than that it is not good enough, if it is not.

@@ -17,6 +17,7 @@ pub(super) fn cut(arguments: &CutArguments) -> Result<u8, EngineError> {
         method,
         snap: arguments.snap,
         improve: arguments.improve.unwrap_or(method.improves()),
+        relax: arguments.relax,
         quality: arguments.quality,
         operations: arguments.operations.unwrap_or(usize::MAX),
     };

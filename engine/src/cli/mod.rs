@@ -108,6 +108,9 @@ struct CutArguments {
     /// Whether cells that come out badly are improved, true or false (default: true for hybrid, collapse and merge)
     #[arg(long, value_parser = clap::value_parser!(bool))]
     improve: Option<bool>,
+    /// Relax vertices around those that were moved onto the sweep
+    #[arg(long)]
+    relax: bool,
     /// Radius ratio below which a cell counts as bad, 0 to 0.7
     #[arg(long, default_value_t = 0.3, value_parser = arguments::quality, allow_hyphen_values = true)]
     quality: f64,

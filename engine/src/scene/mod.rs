@@ -462,6 +462,9 @@ pub struct CutSpec {
     /// Whether cells that come out badly are improved: by smoothing, swaps, collapses and new vertices; tetrahedra only. Default:
     /// yes for "hybrid", "collapse" and "merge".
     pub improve: Option<bool>,
+    /// Whether vertices around those that were moved onto the sweep are relaxed by springs; tetrahedra only.
+    #[serde(default)]
+    pub relax: bool,
     /// Radius ratio (3 r/R) below which a cell counts as bad and is worked on, 0 to 0.7.
     #[serde(default = "default_quality")]
     pub quality: f64,
@@ -485,6 +488,7 @@ impl CutSpec {
             method,
             snap: self.snap,
             improve: self.improve.unwrap_or(method.improves()),
+            relax: self.relax,
             quality: self.quality,
             operations: self.operations.unwrap_or(usize::MAX),
         }

@@ -24,8 +24,10 @@ impl Scene {
                 let message = "the mesh is planar; \"delete\", \"subdivide\", \"snap\", \"hybrid\" cut triangles";
                 return self.fail("cut", i, "method", message);
             }
-            if c.improve == Some(true) {
-                return self.fail("cut", i, "improve", "the mesh is planar; only tetrahedra are improved");
+            for (key, given) in [("improve", c.improve == Some(true)), ("relax", c.relax)] {
+                if given {
+                    return self.fail("cut", i, key, "the mesh is planar; only tetrahedra are improved");
+                }
             }
         }
         for (i, l) in self.load.iter().enumerate() {

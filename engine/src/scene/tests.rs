@@ -190,7 +190,7 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         (
             "sweep = \"blade.obj\"",
             "blade = [[0, [0, 0, 0], [1, 0, 0]]]",
-            "s.toml:18: cut.blade: \"blade\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"frame\", \"snap\", \"improve\", \"quality\", \"operations\"",
+            "s.toml:18: cut.blade: \"blade\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"frame\", \"snap\", \"improve\", \"relax\", \"quality\", \"operations\"",
         ),
         (
             "name = \"beam\"",
