@@ -1,10 +1,14 @@
 //! Cutting from outside: `robust` awkward sweeps with a known answer, `random` seeded sweeps with every invariant checked
-//! after each, `planar` triangles cut by
-//! line segments, `codes` all ways a plane or disc can meet one tetrahedron, `common` what they share.
+//! after each, `fuzz` anything at all, `planar` triangles cut by line segments, `codes` all ways a plane or disc can meet one
+//! tetrahedron. What they share: `bodies`, `sweeps` drawn at random, `invariants`, `numbers`, and the rest in `common`.
 
+mod bodies;
 mod codes;
 mod common;
 mod improve;
+mod invariants;
+mod numbers;
 mod planar;
 mod random;
 mod robust;
+mod sweeps;

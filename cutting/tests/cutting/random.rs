@@ -1,127 +1,248 @@
-//! Seeded sweeps over three meshes: planes, curved, partial, through vertices, edges and facets, missing, repeated.
+//! Seeded cuts, singly and up to twenty on one mesh, by every method, with every invariant checked after each.
 //!
-//! `KERFEM_SWEEPS` sets how many are tried (default 600); every fourth is made twice.
+//! `KERFEM_SWEEPS` sets how many cuts are made (default 600), `KERFEM_SEED` the first seed (default 0). A failure names its
+//! seed: `KERFEM_SEED=seed KERFEM_SWEEPS=1` repeats it. Long runs tell how far they are every ten seconds.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
 
 use super::common::*;
-use kerfem_cutting::{Method, Sweep};
-use kerfem_mesh::{Point, TetMesh};
+use super::sweeps::*;
+use kerfem_cutting::{CutOptions, CutOutcome, Method, cut};
+use kerfem_mesh::{BoxTree, Point, TetMesh, quality};
 
-/// A sweep, what kind it is, and whether it is in general position.
-fn random_sweep(mesh: &TetMesh, random: &mut Random) -> (&'static str, Sweep, bool) {
-    let somewhere = |random: &mut Random| Point::from_fn(|_, _| random.range(0.1, 0.9));
-    let vertices: Vec<Point> = mesh.vertex_ids().map(|v| mesh.rest_position(v)).collect();
-    let cells: Vec<_> = mesh.cell_ids().collect();
-    let corner = |random: &mut Random| mesh.cell_rest_positions(cells[random.below(cells.len())]);
-    match random.below(8) {
-        0 => (
-            "plane",
-            rectangle(somewhere(random), random.direction(), 2.0, 2.0),
-            true,
-        ),
-        1 => {
-            let (a, b) = (random.range(0.15, 0.7), random.range(0.15, 0.7));
-            (
-                "partial plane",
-                rectangle(somewhere(random), random.direction(), a, b),
-                true,
-            )
+/// Most cuts made on one mesh.
+const LONGEST: usize = 20;
+
+/// Cells from which a mesh is not cut any further.
+const LARGEST: usize = 6000;
+
+/// A mesh that is cut again and again, and where its vertices are.
+struct Body {
+    mesh: TetMesh,
+    positions: Vec<Point>,
+    /// Cut at rest: positions and rest positions are the same.
+    at_rest: bool,
+}
+
+impl Body {
+    fn cut(&mut self, drawn: &Drawn, options: &CutOptions) -> CutOutcome {
+        let tree = BoxTree::of_cells(&self.mesh, &self.positions);
+        let outcome = cut(&mut self.mesh, &tree, &self.positions, &drawn.sweep, options).unwrap();
+        self.positions.resize(self.mesh.vertex_slots(), Point::zeros());
+        for (v, p) in &outcome.positions {
+            self.positions[v.index()] = *p;
         }
-        2 => {
-            let (c, n) = (somewhere(random), random.direction());
-            let u = n.cross(&random.direction()).normalize();
-            let w = n.cross(&u);
-            let (bend, size) = (random.range(0.2, 0.9), random.range(0.3, 1.2));
-            let at = |s: f64, t: f64| {
-                let (x, y) = ((2.0 * s - 1.0) * size, (2.0 * t - 1.0) * size);
-                c + u * x + w * y + n * (bend * x * x - 0.3 * bend * x * y)
-            };
-            ("curved", surface(2 + random.below(9), at), true)
-        }
-        3 => (
-            "through a vertex",
-            rectangle(vertices[random.below(vertices.len())], random.direction(), 2.0, 2.0),
-            false,
-        ),
-        4 => {
-            let p = corner(random);
-            let n = (p[1] - p[0]).cross(&random.direction()).normalize();
-            ("through an edge", rectangle(p[0], n, 0.8, 0.8), false)
-        }
-        5 => {
-            let p = corner(random);
-            let n = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
-            ("through a facet", rectangle(p[0], n, 1.5, 1.5), false)
-        }
-        6 => {
-            let k = random.below(3);
-            let n = Point::from_fn(|i, _| if i == k { 1.0 } else { 0.0 });
-            let at = Point::repeat(random.below(5) as f64 / 4.0);
-            (
-                "on the grid",
-                rectangle(at, n, [0.5, 0.6, 2.0][random.below(3)], 0.5),
-                false,
-            )
-        }
-        _ => (
-            "missing",
-            rectangle(Point::repeat(2.5), random.direction(), 0.5, 0.5),
-            true,
-        ),
+        outcome
     }
+
+    /// Whether the deformed body is sound too, and lies where it did.
+    fn check_positions(&self) -> Result<(), String> {
+        for c in self.mesh.cell_ids() {
+            if quality::tet_volume(&self.mesh.cell(c).map(|v| self.positions[v.index()])) <= 0.0 {
+                return Err(format!("cell {} is inverted in the cutting frame", c.0));
+            }
+        }
+        // a vertex is moved to a place, and at rest to where its weights say: rounded once each
+        let differs =
+            |v: &kerfem_mesh::VertexId| (self.positions[v.index()] - self.mesh.rest_position(*v)).norm() > 1e-12;
+        match self.mesh.vertex_ids().find(differs) {
+            Some(v) if self.at_rest => Err(format!("vertex {} has two places in the rest frame", v.0)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What was seen, by method.
+#[derive(Default)]
+struct Seen {
+    cuts: usize,
+    general: usize,
+    refused_in_general: usize,
+    refusals: BTreeMap<String, usize>,
+    worst_quality: f64,
+    farthest: f64,
+    seconds: f64,
+}
+
+#[derive(Default)]
+struct Tally {
+    methods: BTreeMap<&'static str, Seen>,
+    failures: Vec<String>,
+    cuts: u64,
+}
+
+/// A bent and stretched body: positions that no cell is inverted at.
+fn deformed(mesh: &TetMesh, random: &mut Random) -> Vec<Point> {
+    let [bend, shear, stretch] = [0.3, 0.4, 0.3].map(|most| random.range(-most, most));
+    let place = |p: &Point| {
+        let q = p - Point::repeat(0.5);
+        Point::new(
+            q.x * (1.0 + stretch) + shear * q.y,
+            q.y + bend * q.x * q.x,
+            q.z + 0.5 * bend * q.x * q.y,
+        ) + Point::repeat(0.5)
+    };
+    mesh.rest_positions().iter().map(place).collect()
+}
+
+fn name_of(method: Method) -> &'static str {
+    Method::NAMES
+        .iter()
+        .find(|(_, m)| *m == method)
+        .map_or("?", |(name, _)| name)
+}
+
+/// All cuts of one seed.
+fn run_seed(seed: u64, bodies: &[(&'static str, TetMesh)], tally: &mut Tally, limit: u64) {
+    let mut random = Random(seed);
+    let (body_name, mesh) = &bodies[random.below(bodies.len())];
+    let length = if random.below(4) < 3 {
+        1
+    } else {
+        2 + random.below(LONGEST - 1)
+    };
+    let at_rest = random.below(3) < 2;
+    let positions = match at_rest {
+        true => mesh.rest_positions().to_vec(),
+        false => deformed(mesh, &mut random),
+    };
+    let mut body = Body {
+        mesh: mesh.clone(),
+        positions,
+        at_rest,
+    };
+    // one method for all cuts of a sequence, or a new one for each
+    let mixed = random.below(3) == 0;
+    let mut options = random_options(&mut random);
+    for number in 0..length {
+        if tally.cuts >= limit || body.mesh.num_cells() > LARGEST {
+            break;
+        }
+        if mixed {
+            options = random_options(&mut random);
+        }
+        let drawn = random_sweep(&body.mesh, &body.positions, &mut random);
+        let again = random.below(4) == 0;
+        tally.cuts += 1;
+        let what = format!(
+            "seed {seed}, cut {number}, {} by {} with snap {} on {body_name}{}",
+            drawn.kind,
+            name_of(options.method),
+            options.snap,
+            if at_rest { "" } else { ", deformed" }
+        );
+        let seen = tally.methods.entry(name_of(options.method)).or_insert_with(|| Seen {
+            worst_quality: 1.0,
+            ..Seen::default()
+        });
+        match catch_unwind(AssertUnwindSafe(|| one_cut(&mut body, &drawn, &options, again, seen))) {
+            Ok(Ok(())) => {}
+            Ok(Err(e)) => {
+                tally.failures.push(format!("{what}: {e}"));
+                return;
+            }
+            Err(_) => {
+                tally.failures.push(format!("{what}: a panic"));
+                return;
+            }
+        }
+    }
+}
+
+/// One cut and everything that must hold after it.
+fn one_cut(body: &mut Body, drawn: &Drawn, options: &CutOptions, again: bool, seen: &mut Seen) -> Result<(), String> {
+    let before = body.mesh.clone();
+    let clock = Instant::now();
+    let outcome = body.cut(drawn, options);
+    seen.seconds += clock.elapsed().as_secs_f64();
+    seen.cuts += 1;
+    seen.general += usize::from(drawn.general);
+    for refusal in &outcome.report.refused {
+        let kind = format!("{refusal:?}").split(' ').next().unwrap_or("").to_owned();
+        *seen.refusals.entry(kind).or_default() += 1;
+        seen.refused_in_general += usize::from(drawn.general);
+    }
+    check_cut_by(options.method, &before, &body.mesh, &outcome)?;
+    body.check_positions()?;
+    seen.worst_quality = seen.worst_quality.min(worst(&body.mesh));
+    let far = outcome.report.max_distance_to_sweep;
+    let size = before.vertex_ids().map(|v| before.local_size(v)).fold(0.0, f64::max);
+    seen.farthest = seen.farthest.max(far / size.max(f64::MIN_POSITIVE));
+    if !again || !outcome.report.refused.is_empty() {
+        return Ok(());
+    }
+    let once = body.mesh.clone();
+    let repeated = body.cut(drawn, options);
+    check_cut_by(options.method, &once, &body.mesh, &repeated)?;
+    if !repeated.change.is_empty() || body.mesh != once {
+        let (area, cells) = (repeated.report.area, repeated.change.cells_removed.len());
+        return Err(format!("the same sweep again opened {area} m2, {cells} cells changed"));
+    }
+    Ok(())
 }
 
 #[test]
 fn no_invariant_breaks_under_random_sweeps() {
-    let count: u64 = std::env::var("KERFEM_SWEEPS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(600);
-    let meshes = [unit_box(4), shaken_box(4, 0.25, 11), curved_body(4)];
-    let mut refusals: BTreeMap<String, usize> = BTreeMap::new();
-    let mut failures: Vec<String> = Vec::new();
-    let mut general = 0;
-    let mut worst_seen: BTreeMap<&str, f64> = BTreeMap::new();
-    for seed in 0..count {
-        let mut random = Random(seed);
-        let before = &meshes[random.below(3)];
-        let (kind, sweep, in_general_position) = random_sweep(before, &mut random);
-        let mut mesh = before.clone();
-        let outcome = cut_rest(&mut mesh, &sweep, Method::Hybrid);
-        if let Err(e) = check_cut(before, &mesh, &outcome) {
-            failures.push(format!("seed {seed}, {kind}: {e}"));
+    let number = |name: &str, default| {
+        std::env::var(name)
+            .ok()
+            .and_then(|n| n.parse::<u64>().ok())
+            .unwrap_or(default)
+    };
+    let (limit, first) = (number("KERFEM_SWEEPS", 600), number("KERFEM_SEED", 0));
+    let bodies = random_bodies();
+    let mut tally = Tally::default();
+    let clock = Instant::now();
+    let mut told = clock;
+    for seed in first.. {
+        if tally.cuts >= limit {
+            break;
         }
-        general += usize::from(in_general_position);
-        for refusal in &outcome.report.refused {
-            *refusals
-                .entry(format!("{refusal:?}").split(' ').next().unwrap_or("").into())
-                .or_default() += 1;
-        }
-        let reach = 0.2 * 2.0 * 3.0_f64.sqrt() / 4.0;
-        let far = outcome.report.max_distance_to_sweep;
-        let entry = worst_seen.entry(kind).or_insert(1.0);
-        *entry = entry.min(worst(&mesh));
-        if far > if kind == "curved" { 2.0 * reach } else { reach } {
-            failures.push(format!("seed {seed}, {kind}: {far} from the sweep"));
-        }
-        if seed % 4 == 0 {
-            let once = mesh.clone();
-            let again = cut_rest(&mut mesh, &sweep, Method::Hybrid);
-            if !again.change.is_empty() || mesh != once {
-                let area = again.report.area;
-                failures.push(format!("seed {seed}, {kind}: the same sweep again opened {area} m2"));
-            }
+        run_seed(seed, &bodies, &mut tally, limit);
+        if told.elapsed() > Duration::from_secs(10) {
+            told = Instant::now();
+            eprintln!(
+                "{} of {limit} cuts, seed {seed}, {} failures, {:.0} cuts/s",
+                tally.cuts,
+                tally.failures.len(),
+                tally.cuts as f64 / clock.elapsed().as_secs_f64()
+            );
         }
     }
+    let seconds = clock.elapsed().as_secs_f64();
     println!(
-        "{count} sweeps, {general} in general position, refused: {refusals:?}, worst radius ratio: {worst_seen:?}"
+        "{} cuts in {seconds:.1} s, {:.0} a second",
+        tally.cuts,
+        tally.cuts as f64 / seconds
     );
+    for (name, s) in &tally.methods {
+        println!(
+            "{name}: {} cuts, {:.1} ms each, worst radius ratio {:.1e}, farthest {:.3} of the largest local size; {} in general position, {} of them refused; all refusals {:?}",
+            s.cuts,
+            1e3 * s.seconds / s.cuts as f64,
+            s.worst_quality,
+            s.farthest,
+            s.general,
+            s.refused_in_general,
+            s.refusals
+        );
+    }
+    let failures = &tally.failures;
     assert!(
         failures.is_empty(),
         "{} failures:\n{}",
         failures.len(),
         failures.join("\n")
     );
-    assert!(refusals.values().sum::<usize>() * 100 < general.max(1));
+    for (name, s) in &tally.methods {
+        let allowed = 1.max(s.general / 100);
+        assert!(
+            s.refused_in_general <= allowed,
+            "{name}: {} of {} refused",
+            s.refused_in_general,
+            s.general
+        );
+    }
 }
