@@ -15,20 +15,20 @@ pub(crate) enum Rule {
     /// An end closer to the sweep than this fraction of its local size takes the cut; other edges are split.
     SnapWithin(f64),
     /// Edges are split, except at a vertex of the boundary closer than half this fraction, which takes the cut: the pieces of
-    /// its edges would be too short, and such a vertex leaves no choice how they collapse. What an earlier cut left within the
-    /// fraction serves for edges too.
+    /// its edges would be too short, and such a vertex leaves no choice how they collapse.
     SplitBeyond(f64),
     /// The nearer end always takes the cut; nothing is split.
     SnapAlways,
 }
 
 /// Vertices that the cut goes through before anything is chosen: those on the sweep, and those of earlier cut faces that are
-/// within `d` of it. So a repeated sweep finds the vertices that took it the first time (F31).
-pub(crate) fn take_present<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) {
+/// within the fraction `present` of their local size of it. So a repeated sweep finds the vertices that took it the first
+/// time (F31).
+pub(crate) fn take_present<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, present: f64) {
     for v in ws.region_vertices() {
         let distance = piece.nearest(&ws.position(v)).distance;
         let exact = distance <= ws.reach(v, 0.0);
-        if exact || (distance <= ws.reach(v, snap) && is_on_cut_face(ws, v)) {
+        if exact || (distance <= ws.reach(v, present) && is_on_cut_face(ws, v)) {
             ws.take(v, exact);
         }
     }
@@ -48,10 +48,11 @@ const ROUNDS: usize = 4;
 /// onto it where that loses nothing, and splits the remaining crossed edges.
 ///
 /// Corrects S3's order dependence (ascending distance, ties by id) and S5's dropped double hits (both are kept unless they
-/// are closer than `d` to each other: then the sweep turns back inside a distance that is not resolved).
-pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rule: Rule) {
+/// are closer than `d` to each other: then the sweep turns back inside a distance that is not resolved). What an earlier cut
+/// left within the fraction `present` serves for crossings as well.
+pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rule: Rule, present: f64) {
     for _ in 0..ROUNDS {
-        let hits = crossed_edges(ws, piece, rule);
+        let hits = crossed_edges(ws, piece, rule, present);
         if hits.is_empty() {
             return;
         }
@@ -71,7 +72,7 @@ pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rul
 
 /// Crossed edges and where. An end that the cut goes through serves the crossings within `d` of it, and all if it does not
 /// lie on the sweep itself (S3).
-fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rule) -> Hits {
+fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rule, present: f64) -> Hits {
     let mut out = Hits::new();
     for e in ws.region_edges() {
         let taken = e.map(|v| ws.on.contains(&v));
@@ -84,7 +85,7 @@ fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rul
         let length = (p[1] - p[0]).norm();
         hits.retain(|t| {
             let along = [t * length, (1.0 - t) * length];
-            (0..2).all(|k| !taken[k] || along[k] > ws.reach(e[k], served(ws, rule, e[k])))
+            (0..2).all(|k| !taken[k] || along[k] > ws.reach(e[k], served(ws, rule, present, e[k])))
         });
         if !hits.is_empty() {
             out.insert(e, hits);
@@ -94,11 +95,15 @@ fn crossed_edges<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, rule: Rul
 }
 
 /// The fraction of the local size within which a vertex that the cut goes through serves a crossing.
-fn served<const N: usize>(ws: &Workspace<'_, N>, rule: Rule, v: VertexId) -> f64 {
-    match rule {
+fn served<const N: usize>(ws: &Workspace<'_, N>, rule: Rule, present: f64, v: VertexId) -> f64 {
+    let own = match rule {
         Rule::SnapWithin(snap) => snap,
-        Rule::SplitBeyond(snap) if is_on_cut_face(ws, v) => snap,
         Rule::SplitBeyond(_) | Rule::SnapAlways => 0.0,
+    };
+    if present > own && is_on_cut_face(ws, v) {
+        present
+    } else {
+        own
     }
 }
 

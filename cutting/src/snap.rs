@@ -19,7 +19,11 @@ const VOLUME_TOLERANCE: f64 = 1e-13;
 pub(crate) fn move_interior<const N: usize>(ws: &mut Workspace<'_, N>, v: VertexId, target: Point) -> bool {
     let star = ws.mesh().cells_of_vertex(v).to_vec();
     match parents_within(ws, &star, target) {
-        Some(parents) => try_move(ws, v, target, &parents, &star),
+        // where the weights say, in both frames: those of a flat cell are rough
+        Some(parents) => {
+            let place = combine(&parents, |u| ws.position(u));
+            try_move(ws, v, place, &parents, &star)
+        }
         None => false,
     }
 }

@@ -384,6 +384,17 @@ pub(crate) struct Place {
     pub(crate) parents: Vec<(VertexId, f64)>,
 }
 
+impl Place {
+    /// Where the weights say, in both frames.
+    pub(crate) fn of<const N: usize>(ws: &Workspace<'_, N>, parents: Vec<(VertexId, f64)>) -> Place {
+        Place {
+            rest: combine(&parents, |v| ws.mesh().rest_position(v)),
+            now: combine(&parents, |v| ws.position(v)),
+            parents,
+        }
+    }
+}
+
 /// The facet opposite corner `k` of a cell.
 pub(crate) fn facet_of<const N: usize>(corners: &[VertexId; N], k: usize) -> FacetKey {
     let mut key = [u32::MAX; 3];

@@ -3,7 +3,7 @@
 use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId};
 
 use super::Limits;
-use crate::workspace::{Workspace, facet_of};
+use crate::workspace::{TINY, Workspace, facet_of};
 
 /// Cosine of the angle between the normals of two boundary facets beyond which they are the two lips of a cut that ends at
 /// the vertex (or of a body without thickness).
@@ -130,7 +130,7 @@ pub(super) fn keeps_front(limits: &Limits<'_>, old: &[[Point; 2]], new: &[[Point
 }
 
 fn stays_near(limits: &Limits<'_>, old: f64, new: f64, local_size: f64) -> bool {
-    new <= limits.sheet * local_size || new <= old
+    new <= limits.sheet.max(TINY) * local_size || (limits.sheet > 0.0 && new <= old)
 }
 
 /// Where the corners of facets lie in the cutting frame, with one vertex elsewhere.

@@ -6,7 +6,7 @@ use kerfem_mesh::{CellId, Point, VertexId};
 use super::FLAT;
 use super::hold::worst;
 use crate::snap::parents_within;
-use crate::workspace::{Place, Workspace, combine, facet_of};
+use crate::workspace::{Place, Workspace, facet_of};
 
 /// Halvings of the step in the search for the best place.
 const HALVINGS: usize = 5;
@@ -43,9 +43,7 @@ pub(super) fn insert<const N: usize>(ws: &mut Workspace<'_, N>, [a, b]: [VertexI
         hull.iter().map(of).fold(f64::INFINITY, f64::min)
     };
     let at = |now: Point| {
-        let parents = parents_within(ws, &cells, now)?;
-        let rest = combine(&parents, |v| ws.mesh().rest_position(v));
-        let place = Place { rest, now, parents };
+        let place = Place::of(ws, parents_within(ws, &cells, now)?);
         Some((quality(&place), place))
     };
     let mut best = at((ws.position(a) + ws.position(b)) / 2.0)?;

@@ -29,8 +29,10 @@ use crate::workspace::Workspace;
 const GAIN: f64 = 0.02;
 /// Radius ratios from here on are positive beyond doubt.
 const FLAT: f64 = 1e-9;
-/// Operations for each cell that is below the wanted quality at the beginning; there are more than enough.
-const OPERATIONS_A_CELL: usize = 8;
+/// Cells looked at for each that is bad at the beginning, and operations at most: work is bounded even where nothing helps, such as
+/// at the border of a fixed sheet of tiny facets.
+const LOOKS: usize = 4;
+const OPERATIONS: usize = 2;
 
 /// What an operation must keep to, beyond what the mesh tells.
 pub(crate) struct Limits<'a> {
@@ -88,13 +90,17 @@ pub(crate) fn run<const N: usize>(
     for c in cells {
         queue.look_at(ws, bad, c);
     }
-    let most = budget.min(OPERATIONS_A_CELL * queue.waiting.len());
+    let (mut looks, most) = (LOOKS * queue.waiting.len(), OPERATIONS * queue.waiting.len());
     let mut done = Done::default();
     while let Some(c) = queue.next(ws) {
-        if done.operations == most {
+        if done.operations == budget {
             done.left = queue.rest(ws, c);
             break;
         }
+        if looks == 0 || done.operations == most {
+            break;
+        }
+        looks -= 1;
         if let Some(touched) = better(ws, limits, work, c) {
             done.operations += 1;
             for c in touched {
@@ -173,7 +179,7 @@ fn better<const N: usize>(
         return shortest;
     }
     simple(ws, limits, c, &edges)
-        .or_else(|| edges.iter().find_map(|e| compound(ws, limits, c, *e)))
+        .or_else(|| edges[..SHORT].iter().find_map(|e| compound(ws, limits, c, *e)))
         .or_else(|| edges.iter().rev().find_map(|e| insert::insert(ws, *e)))
 }
 
@@ -216,8 +222,10 @@ fn simple<const N: usize>(
         .or_else(|| edges[1..].iter().find_map(|e| collapse_either(ws, limits, *e, None)))
 }
 
+/// Edges of a cell, the shortest, whose collapse is tried at the price of repairs.
+const SHORT: usize = 3;
 /// Operations that may repair what a collapse made worse.
-const REPAIRS: usize = 8;
+const REPAIRS: usize = 6;
 /// Of the quality of the bad cell: what a collapse may leave behind to be repaired.
 const REPAIRABLE: f64 = 0.1;
 

@@ -18,7 +18,7 @@ use super::hold::{Freedom, Hold};
 use super::smooth::keeps_surfaces;
 use super::{FLAT, Limits};
 use crate::snap::parents_within;
-use crate::workspace::{Place, Workspace, combine};
+use crate::workspace::{Place, Workspace};
 
 /// How far relaxation reaches, in edges.
 const RINGS: usize = 2;
@@ -106,9 +106,7 @@ fn pushed<const N: usize>(
                 (Freedom::Sheet, Some(piece)) => piece.nearest(&target).point,
                 _ => target,
             };
-            let parents = parents_within(ws, star, now)?;
-            let rest = combine(&parents, |u| ws.mesh().rest_position(u));
-            Some(Place { rest, now, parents })
+            Some(Place::of(ws, parents_within(ws, star, now)?))
         }
         // along the edge of its surface that the force points along most
         Freedom::Boundary | Freedom::Seam => {
@@ -126,12 +124,7 @@ fn pushed<const N: usize>(
             if t <= 0.0 {
                 return None;
             }
-            let parents = vec![(v, 1.0 - t), (w, t)];
-            Some(Place {
-                rest: combine(&parents, |u| ws.mesh().rest_position(u)),
-                now: combine(&parents, |u| ws.position(u)),
-                parents,
-            })
+            Some(Place::of(ws, vec![(v, 1.0 - t), (w, t)]))
         }
     }
 }

@@ -5,7 +5,7 @@ use kerfem_mesh::{CellId, Point, VertexId};
 use super::hold::{Freedom, Hold, Seam, keeps_front, keeps_sheet, places, worst};
 use super::{FLAT, GAIN, Limits};
 use crate::snap::{keeps_boundary, parents_within};
-use crate::workspace::{Place, Workspace, combine};
+use crate::workspace::{Place, Workspace};
 
 /// How far towards each target a vertex is tried.
 const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
@@ -92,11 +92,7 @@ fn candidates<const N: usize>(
     freedom: Freedom,
 ) -> Vec<Place> {
     let here = ws.position(v);
-    let between = |parents: Vec<(VertexId, f64)>| Place {
-        rest: combine(&parents, |u| ws.mesh().rest_position(u)),
-        now: combine(&parents, |u| ws.position(u)),
-        parents,
-    };
+    let between = |parents: Vec<(VertexId, f64)>| Place::of(ws, parents);
     let along = |ends: &[VertexId]| {
         let steps = ends.iter().flat_map(|w| FRACTIONS[1..].iter().map(move |t| (*w, *t)));
         steps
@@ -136,11 +132,7 @@ fn candidates<const N: usize>(
             let steps = targets
                 .iter()
                 .flat_map(|target| FRACTIONS.iter().map(move |t| here + (target - here) * *t));
-            let place = |now: Point| {
-                let parents = parents_within(ws, star, now)?;
-                let rest = combine(&parents, |u| ws.mesh().rest_position(u));
-                Some(Place { rest, now, parents })
-            };
+            let place = |now: Point| Some(Place::of(ws, parents_within(ws, star, now)?));
             steps.map(nearest).filter_map(place).collect()
         }
     }

@@ -27,7 +27,7 @@ pub(crate) fn random_bodies() -> Vec<(&'static str, TetMesh)> {
     ]
 }
 
-/// Any method, mostly with the default threshold.
+/// Any method, mostly with the default threshold, with and without quality maintenance.
 pub(crate) fn random_options(random: &mut Random) -> CutOptions {
     let method = Method::NAMES[random.below(Method::NAMES.len())].1;
     let snap = match random.below(6) {
@@ -35,7 +35,21 @@ pub(crate) fn random_options(random: &mut Random) -> CutOptions {
         1 => random.range(0.0, 0.45),
         _ => CutOptions::default().snap,
     };
-    CutOptions { method, snap }
+    let usual = CutOptions::of(method);
+    CutOptions {
+        snap,
+        // the other way than usual now and then
+        improve: usual.improve != (random.below(4) == 0),
+        relax: random.below(6) == 0,
+        // a sheet that may not give way at all leaves little to improve
+        quality: if snap == 0.0 {
+            0.1
+        } else {
+            [0.3, 0.3, 0.3, 0.3, 0.1, 0.45][random.below(6)]
+        },
+        operations: [usize::MAX, usize::MAX, 7][random.below(3)],
+        ..usual
+    }
 }
 
 /// A place in the unit cube, or in a random cell, so that small cells are met as often as large ones.
