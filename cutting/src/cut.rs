@@ -14,7 +14,7 @@ use crate::separate::Lip;
 use crate::sheet::Rule;
 use crate::sweep::Piece;
 use crate::workspace::Workspace;
-use crate::{Sweep, delete, front, region, separate, sheet};
+use crate::{Sweep, delete, front, region, separate, sheet, unlock};
 
 /// What input a cut cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -409,9 +409,18 @@ fn pass<const N: usize>(
         ws.restore(save);
         return Ok(false);
     }
+    let splits = !matches!(options.method, Method::Delete | Method::Snap);
+    let least = if options.method == Method::Subdivide { 0.0 } else { snap };
+    if splits {
+        unlock::split_locked(ws, least);
+    }
     check_new_cells(ws)?;
     let near = ws.region.iter().copied().collect();
     improve_cells(ws, Some(piece), options, near, report);
+    if splits {
+        unlock::split_locked(ws, least);
+        check_new_cells(ws)?;
+    }
     let lip = separate::open(ws);
     if lip.facets.is_empty() {
         ws.restore(save);

@@ -1,11 +1,12 @@
 //! The front: where the border of a sweep runs inside the body.
 //!
 //! Wherever the border pierces a facet (in the plane: wherever an end of the sweep lies in a cell), a vertex comes to lie: a
-//! corner that is closer than `d` is snapped onto the border, or an edge that is closer than `d` is split, or the facet is. The cut ends at these vertices; none of
-//! them is doubled, because the cells around it stay connected ahead of the front.
+//! corner that is closer than `d` is snapped onto the border, or an edge that is closer than `d` is split, or the facet is.
+//! Where the border has a corner inside a tetrahedron, such as the tip of a blade, a vertex comes to lie too. The cut ends at
+//! these vertices; none of them is doubled, because the cells around it stay connected ahead of the front.
 
-use kerfem_mesh::nearest::on_segment;
-use kerfem_mesh::{FacetSide, Point, VertexId};
+use kerfem_mesh::nearest::{on_segment, on_triangle};
+use kerfem_mesh::{CellId, FacetSide, Point, VertexId, predicates::orientation, quality};
 
 use crate::snap;
 use crate::split;
@@ -21,8 +22,12 @@ struct Piercing {
     point: Point,
 }
 
-/// Puts vertices where the border of the piece pierces facets; `snap` is `d` over the local size.
+/// Puts vertices where the border of the piece turns inside a tetrahedron and where it pierces facets; `snap` is `d` over the
+/// local size.
 pub(crate) fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) {
+    if N == 4 {
+        piece.corners().iter().for_each(|c| place_corner(ws, *c, snap));
+    }
     for _ in 0..ROUNDS {
         let found = piercings(ws, piece, snap);
         if found.is_empty() {
@@ -151,4 +156,82 @@ fn insert<const N: usize>(ws: &mut Workspace<'_, N>, x: &Piercing, snap: f64) {
     let v = split::split_edge(ws, a, b, t);
     let exact = !ws.mesh().is_boundary_vertex(v) && snap::move_interior(ws, v, x.point);
     ws.take(v, exact);
+}
+
+/// Puts a vertex at a corner of the border, if it lies in the body: one that is closer than `d`, else one on a facet or edge
+/// that is, else one inside the cell.
+fn place_corner<const N: usize>(ws: &mut Workspace<'_, N>, corner: Point, snap: f64) {
+    let Some(cell) = ws.region.iter().copied().find(|c| contains(ws, *c, corner)) else {
+        return;
+    };
+    let mut corners = ws.mesh().cell(cell);
+    corners.sort_unstable();
+    let distance = |v: VertexId| (ws.position(v) - corner).norm();
+    if corners
+        .iter()
+        .any(|&v| ws.on.contains(&v) && distance(v) <= ws.reach(v, snap))
+    {
+        return;
+    }
+    let nearest = corners
+        .into_iter()
+        .map(|v| (distance(v), v))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((distance, v)) = nearest
+        && distance <= ws.reach(v, snap)
+    {
+        let exact = !ws.mesh().is_boundary_vertex(v) && snap::move_interior(ws, v, corner);
+        ws.take(v, exact || distance <= ws.reach(v, 0.0));
+        return;
+    }
+    let facet = (0..N)
+        .map(|gone| {
+            let facet = [0, 1, 2].map(|k| corners[k + usize::from(k >= gone)]);
+            let foot = on_triangle(&corner, &facet.map(|v| ws.position(v)));
+            ((foot - corner).norm(), facet, foot)
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((distance, facet, foot)) = facet
+        && distance
+            <= facet
+                .map(|v| ws.reach(v, snap))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min)
+    {
+        let weights = weights_of(&facet.map(|v| ws.position(v)), foot);
+        let on_facet = Piercing {
+            corners: facet,
+            weights,
+            point: corner,
+        };
+        insert(ws, &on_facet, snap);
+        return;
+    }
+    let corners = ws.mesh().cell(cell);
+    let p = corners.map(|v| ws.position(v));
+    let volume = quality::cell_volume(&p);
+    let weights = std::array::from_fn(|k| {
+        let mut q = p;
+        q[k] = corner;
+        quality::cell_volume(&q) / volume
+    });
+    let v = split::split_cell(ws, cell, weights);
+    ws.take(v, true);
+}
+
+fn contains<const N: usize>(ws: &Workspace<'_, N>, c: CellId, p: Point) -> bool {
+    let corners = ws.cell_positions(c);
+    (0..N).all(|k| {
+        let mut with = corners;
+        with[k] = p;
+        orientation(&with) >= 0.0
+    })
+}
+
+/// Barycentric weights of a point of a triangle.
+fn weights_of([a, b, c]: &[Point; 3], p: Point) -> [f64; 3] {
+    let normal = (b - a).cross(&(c - a));
+    let part = |q: Point, r: Point| (q - p).cross(&(r - p)).dot(&normal) / normal.norm_squared();
+    let (u, v) = (part(*b, *c), part(*c, *a));
+    [u, v, 1.0 - u - v]
 }

@@ -10,11 +10,15 @@
 //!    each group of its cells that the marks leave connected (S4, Y3, Y4, F14).
 //! 5. `improve`: cells that came out badly are made better, between marking and doubling (G, Y, S10), if that is wanted.
 //!
+//! A moving [`Blade`] cuts progressively (`blade`): each of its motions is a sweep that begins where the incision ends, at its
+//! [`Tip`].
+//!
 //! Sides are decided by counting, with exact predicates, how often a path between two points inside the cells crosses the
 //! sweep. A closed path crosses a surface an even number of times unless it runs around its border, so the marked facets
 //! have no holes, however coarse the mesh and however badly the earlier steps went; those only bring them closer to the
 //! sweep.
 
+mod blade;
 mod cut;
 mod delete;
 mod front;
@@ -25,7 +29,9 @@ mod sheet;
 mod snap;
 mod split;
 mod sweep;
+mod unlock;
 mod workspace;
 
+pub use blade::{Blade, BladeError, Tip};
 pub use cut::{Borders, CutError, CutOptions, CutOutcome, CutReport, Method, Refusal, cut, cut_within, improve};
 pub use sweep::Sweep;

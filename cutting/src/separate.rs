@@ -27,6 +27,9 @@ const MIXES: [[f64; 4]; 6] = [
 /// How far the point that stands for a cell is drawn from a free corner towards its middle.
 const INWARD: f64 = 0.1;
 
+/// Of the local size: what is thinner comes off as a chip even where nothing snaps, at the creases of a curved sweep.
+const CHIP: f64 = 0.02;
+
 /// Of `d`: how close to the sweep the middle of a cell must be for its side to be undecided.
 const UNDECIDED: f64 = 0.25;
 
@@ -129,7 +132,7 @@ fn join_chips<const N: usize>(
             .mesh()
             .cell(cell)
             .iter()
-            .map(|&v| ws.reach(v, snap))
+            .map(|&v| ws.reach(v, snap.max(CHIP)))
             .fold(own.reach, f64::min);
         for side in sides(cell) {
             if is_closed(side) {

@@ -43,6 +43,18 @@ pub(crate) fn split_triangle<const N: usize>(
     p
 }
 
+/// Splits a cell into one cell for each of its facets, at a point inside given by weights over its corners.
+pub(crate) fn split_cell<const N: usize>(ws: &mut Workspace<'_, N>, c: CellId, weights: [f64; N]) -> VertexId {
+    let corners = ws.mesh().cell(c);
+    let mut parents: Vec<(VertexId, f64)> = corners.into_iter().zip(weights).collect();
+    parents.sort_by_key(|(v, _)| *v);
+    let p = ws.add_vertex(&parents);
+    let others = |gone: VertexId| corners.into_iter().filter(|v| *v != gone).collect::<Vec<_>>();
+    let children = corners.map(|gone| child(ws, c, gone, p, &others(gone)));
+    ws.replace(c, &children);
+    p
+}
+
 /// Cells that have all these corners, ascending.
 pub(crate) fn cells_with<const N: usize>(ws: &Workspace<'_, N>, corners: [VertexId; 3]) -> Vec<CellId> {
     let has = |c: &CellId| corners.iter().all(|v| ws.mesh().cell(*c).contains(v));

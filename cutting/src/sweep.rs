@@ -16,6 +16,9 @@ const GRAZING: f64 = 1e-7;
 /// the edges of the mesh that it crosses, as a surface does through its creases.
 const SHARP: f64 = std::f64::consts::FRAC_PI_6;
 
+/// Lengths of this fraction of the longest border segment, and angles this small, are rounding.
+const SEAM: f64 = 1e-9;
+
 /// A triangulated surface, open or closed, in any number of pieces.
 ///
 /// Points that coincide are welded; repeated triangles and those of no area are left out. Pieces are connected through
@@ -23,7 +26,7 @@ const SHARP: f64 = std::f64::consts::FRAC_PI_6;
 ///
 /// For planar meshes a sweep is made of line segments ([`Sweep::from_segments`]), connected through shared points. Each
 /// stands for a ribbon perpendicular to the plane, so that lines and surfaces cut by the same exact predicates.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Sweep {
     pieces: Vec<Piece>,
     planar: bool,
@@ -36,6 +39,7 @@ pub(crate) struct Piece {
     tree: BoxTree,
     border: Vec<[Point; 2]>,
     border_tree: BoxTree,
+    corners: Vec<Point>,
 }
 
 /// A point of a sweep seen from somewhere else.
@@ -272,6 +276,37 @@ fn connected(triangles: Vec<[usize; 3]>) -> Vec<Vec<[usize; 3]>> {
     pieces
 }
 
+/// Ends of border segments, other than those where two of them pass on without a sharp turn. A seam, where the border runs
+/// back along itself, ends nothing.
+fn corners(border: &[[Point; 2]]) -> Vec<Point> {
+    let longest = border.iter().map(|[a, b]| (b - a).norm()).fold(0.0, f64::max);
+    let mut directions: HashMap<[u64; 3], (Point, Vec<Point>)> = HashMap::new();
+    for &[a, b] in border {
+        let length = (b - a).norm();
+        let along = if length > SEAM * longest {
+            (b - a) / length
+        } else {
+            Point::zeros()
+        };
+        for (end, away) in [(a, along), (b, -along)] {
+            let key = [end.x + 0.0, end.y + 0.0, end.z + 0.0].map(f64::to_bits);
+            directions.entry(key).or_insert_with(|| (end, Vec::new())).1.push(away);
+        }
+    }
+    let sharp = |away: &[Point]| match away {
+        [one, other] => {
+            one.dot(other) > -SHARP.cos()
+                && one.dot(other) < 1.0 - SEAM
+                && [one, other].iter().all(|d| **d != Point::zeros())
+        }
+        _ => true,
+    };
+    let ends = directions.into_values().filter(|(_, away)| sharp(away));
+    let mut out: Vec<Point> = ends.map(|(end, _)| end).collect();
+    out.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)));
+    out
+}
+
 impl Piece {
     fn new(points: &[Point], triangles: &[[usize; 3]], is_border: impl Fn([Point; 2], usize) -> bool) -> Piece {
         let mut uses: BTreeMap<[usize; 2], usize> = BTreeMap::new();
@@ -284,6 +319,7 @@ impl Piece {
             .filter(|(e, n)| is_border(*e, *n))
             .map(|(e, _)| e)
             .collect();
+        let corners = corners(&border);
         let triangles: Vec<[Point; 3]> = triangles.iter().map(|t| t.map(|i| points[i])).collect();
         let numbered = |k: usize, b: Aabb| (k as u32, b);
         Piece {
@@ -291,11 +327,17 @@ impl Piece {
             border_tree: BoxTree::build(border.iter().enumerate().map(|(k, e)| numbered(k, Aabb::around(*e)))),
             triangles,
             border,
+            corners,
         }
     }
 
     pub(crate) fn triangles(&self) -> &[[Point; 3]] {
         &self.triangles
+    }
+
+    /// Where the border turns sharply, ends or branches, in the order of coordinates.
+    pub(crate) fn corners(&self) -> &[Point] {
+        &self.corners
     }
 
     /// Whether a triangle may meet the box (its own box and its plane are tried).

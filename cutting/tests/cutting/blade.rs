@@ -1,0 +1,409 @@
+//! Progressive cuts by a moving blade (METHODS N1, N13, N14, F4, F5, F7, F30): how finely a motion is sampled does not
+//! matter, and the incision ends at the blade.
+
+use super::common::*;
+use kerfem_cutting::{Blade, CutOptions, Method, Tip, cut};
+use kerfem_mesh::{BoxTree, Point, TetMesh, quality};
+
+/// What a motion came to.
+struct Progress {
+    mesh: TetMesh,
+    tip: Tip,
+    /// Sum over the cuts (m²).
+    area: f64,
+    /// Largest distance from the end of the incision to the blade after any sample (m).
+    tip_distance: f64,
+    refused: usize,
+}
+
+fn options(method: Method) -> CutOptions {
+    CutOptions::of(method)
+}
+
+fn blade(samples: &[(f64, [f64; 3], [f64; 3])]) -> Blade {
+    let of = |&(t, h, e): &(f64, [f64; 3], [f64; 3])| (t, [Point::from(h), Point::from(e)]);
+    Blade::new(samples.iter().map(of).collect()).unwrap()
+}
+
+/// Cuts in the rest frame, stopping at `times`, and checks every invariant after each cut.
+fn cut_at(before: &TetMesh, blade: &Blade, times: &[f64], method: Method) -> Progress {
+    let mut p = Progress {
+        mesh: before.clone(),
+        tip: Tip::new(blade.at(times[0])),
+        area: 0.0,
+        tip_distance: 0.0,
+        refused: 0,
+    };
+    let mut now = times[0];
+    for &to in &times[1..] {
+        for stop in blade.stops(now, to) {
+            go_on(&mut p, blade.at(stop), method, stop == times[times.len() - 1]);
+        }
+        now = to;
+    }
+    p
+}
+
+fn go_on(p: &mut Progress, line: [Point; 2], method: Method, last: bool) {
+    let old = p.mesh.clone();
+    let positions = p.mesh.rest_positions().to_vec();
+    let tree = BoxTree::of_cells(&p.mesh, &positions);
+    let sweep = p.tip.sweep_to(&p.mesh, &tree, &positions, line, &options(method), last);
+    if sweep.is_empty() {
+        return;
+    }
+    let outcome = cut(&mut p.mesh, &tree, &positions, &sweep, &options(method)).unwrap();
+    if method != Method::Delete {
+        check_cut(&old, &p.mesh, &outcome).unwrap();
+    }
+    p.area += outcome.report.area;
+    p.refused += outcome.report.refused.len();
+    let positions = p.mesh.rest_positions().to_vec();
+    let tree = BoxTree::of_cells(&p.mesh, &positions);
+    p.tip.arrive(&p.mesh, &tree, &positions, line, &options(method));
+    p.tip_distance = p.tip_distance.max(p.tip.distance());
+}
+
+/// `n` equal pieces of the whole motion.
+fn equal(blade: &Blade, n: usize) -> Vec<f64> {
+    let (a, b) = (blade.start(), blade.end());
+    (0..=n).map(|k| a + (b - a) * k as f64 / n as f64).collect()
+}
+
+/// Through the whole body, slanted, in the plane `x + 0.1 y - 0.2 z = 0.413`.
+fn through() -> Blade {
+    let x = |y: f64, z: f64| 0.413 - 0.1 * y + 0.2 * z;
+    let at = |y: f64| ([x(y - 0.1, -0.2), y - 0.1, -0.2], [x(y + 0.13, 1.2), y + 0.13, 1.2]);
+    let (a, b) = (at(-0.3), at(1.3));
+    blade(&[(0.0, a.0, a.1), (1.0, b.0, b.1)])
+}
+
+/// `d` of the meshes here (m): the snapping distance at their largest local size.
+fn snap_distance(mesh: &TetMesh) -> f64 {
+    let largest = mesh.vertex_ids().map(|v| mesh.local_size(v)).fold(0.0, f64::max);
+    CutOptions::default().snap * largest
+}
+
+fn meshes() -> [TetMesh; 3] {
+    [unit_box(4), shaken_box(4, 0.2, 7), curved_body(4)]
+}
+
+#[test]
+fn a_plane_cut_in_pieces_gives_the_same_parts() {
+    for before in meshes() {
+        for method in [Method::Subdivide, Method::Hybrid] {
+            let whole = cut_at(&before, &through(), &[0.0, 1.0], method);
+            let expected = piece_volumes(&whole.mesh);
+            assert_eq!((expected.len(), whole.refused), (2, 0));
+            for n in [2, 10, 29] {
+                let p = cut_at(&before, &through(), &equal(&through(), n), method);
+                let (d, volumes) = (snap_distance(&before), piece_volumes(&p.mesh));
+                let tolerance = match method {
+                    Method::Subdivide if n <= 10 => 1e-12,
+                    // what single precision cannot tell from a vertex is one
+                    Method::Subdivide => 1e-8,
+                    _ => d * whole.area,
+                };
+                let off = (volumes[0] - expected[0]).abs();
+                println!(
+                    "{method:?} {n}: off {off:e}, worst {:.4}, tip {:.1e}",
+                    worst(&p.mesh),
+                    p.tip_distance
+                );
+                assert_eq!((volumes.len(), p.refused), (2, 0), "{method:?} {n}: {volumes:?}");
+                assert!(off <= tolerance, "{method:?} {n}: {volumes:?} {expected:?}");
+                let farthest = if method == Method::Subdivide { 1e-5 } else { 2.0 * d };
+                assert!(p.tip_distance <= farthest, "{method:?} {n}: {}", p.tip_distance);
+            }
+        }
+    }
+}
+
+#[test]
+fn snapping_in_pieces_no_finer_than_cells_gives_the_same_parts() {
+    for before in meshes() {
+        for n in [1, 2, 5, 10] {
+            let p = cut_at(&before, &through(), &equal(&through(), n), Method::Snap);
+            assert_eq!((piece_volumes(&p.mesh).len(), p.refused), (2, 0), "{n}");
+        }
+    }
+}
+
+#[test]
+fn deleting_in_pieces_removes_the_same_cells() {
+    for before in meshes() {
+        let whole = cut_at(&before, &through(), &[0.0, 1.0], Method::Delete).mesh;
+        let pieces = cut_at(&before, &through(), &equal(&through(), 7), Method::Delete).mesh;
+        assert!(whole.num_cells() < before.num_cells());
+        assert_eq!(whole.num_cells(), pieces.num_cells());
+        assert!((quality::volume(&whole) - quality::volume(&pieces)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn f4_a_pivoting_blade_cuts_a_fan() {
+    let fan = fan([0.47, -0.7, 0.52], false);
+    for before in meshes() {
+        let mut volumes = Vec::new();
+        for (n, method) in [(10, Method::Subdivide), (10, Method::Hybrid), (20, Method::Hybrid)] {
+            let p = cut_at(&before, &fan, &equal(&fan, n), method);
+            let all = piece_volumes(&p.mesh);
+            println!(
+                "{method:?} {n}: {all:?} worst {:.4} tip {:.1e}",
+                worst(&p.mesh),
+                p.tip_distance
+            );
+            assert_eq!((all.len(), p.refused), (2, 0), "{method:?} {n}: {all:?}");
+            volumes.push(all[0]);
+        }
+        let tolerance = snap_distance(&before) * 1.05;
+        assert!(
+            volumes.iter().all(|v| (v - volumes[0]).abs() < tolerance),
+            "{volumes:?}"
+        );
+    }
+}
+
+#[test]
+fn a_twisted_cut_in_pieces_gives_the_same_parts() {
+    let blade = twisted();
+    for before in meshes() {
+        let mut volumes = Vec::new();
+        for (n, method) in [
+            (1, Method::Subdivide),
+            (10, Method::Subdivide),
+            (1, Method::Hybrid),
+            (3, Method::Hybrid),
+            (10, Method::Hybrid),
+        ] {
+            let p = cut_at(&before, &blade, &equal(&blade, n), method);
+            let all = piece_volumes(&p.mesh);
+            assert_eq!((all.len(), p.refused), (2, 0), "{method:?} {n}: {all:?}");
+            volumes.push(all[0]);
+        }
+        let tolerance = snap_distance(&before) * 1.05;
+        assert!(
+            volumes.iter().all(|v| (v - volumes[0]).abs() < tolerance),
+            "{volumes:?}"
+        );
+    }
+}
+
+/// Into the body and no farther, in the plane `x = 0.31 + 0.37 y`.
+fn into() -> Blade {
+    let x = |y: f64| 0.31 + 0.37 * y;
+    blade(&[
+        (0.0, [x(-0.2), -0.2, 1.3], [x(-0.25), -0.25, 0.41]),
+        (1.0, [x(0.63), 0.63, 1.3], [x(0.57), 0.57, 0.37]),
+    ])
+}
+
+#[test]
+fn f7_the_incision_ends_at_the_blade_in_cells_that_it_has_partly_crossed() {
+    for before in meshes() {
+        for n in [1, 3, 10] {
+            let exact = cut_at(&before, &into(), &equal(&into(), n), Method::Subdivide);
+            let snapped = cut_at(&before, &into(), &equal(&into(), n), Method::Hybrid);
+            println!(
+                "{n}: tip {:.1e} and {:.3}, area {:.4} {:.4}, worst {:.4}",
+                exact.tip_distance,
+                snapped.tip_distance,
+                exact.area,
+                snapped.area,
+                worst(&snapped.mesh)
+            );
+            assert_eq!(exact.mesh.pieces().1, before.pieces().1);
+            assert_eq!(snapped.mesh.pieces().1, before.pieces().1);
+            assert!(
+                exact.tip_distance < 1e-3 * snap_distance(&before),
+                "{n}: {}",
+                exact.tip_distance
+            );
+            assert!(
+                snapped.tip_distance < 2.5 * snap_distance(&before),
+                "{n}: {}",
+                snapped.tip_distance
+            );
+            // the tip of the blade is a vertex
+            let tip = into().at(1.0)[1];
+            let near = exact
+                .mesh
+                .vertex_ids()
+                .map(|v| (exact.mesh.rest_position(v) - tip).norm());
+            assert!(near.fold(f64::INFINITY, f64::min) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_blade_that_stops_or_goes_back_cuts_nothing_and_goes_on_from_the_end() {
+    let [from, to] = [into().at(0.0), into().at(1.0)];
+    let beyond = into()
+        .at(0.0)
+        .map(|p| p + (into().at(1.0)[0] - into().at(0.0)[0]) * 1.9);
+    for before in meshes() {
+        for method in [Method::Subdivide, Method::Hybrid] {
+            let mut p = cut_at(&before, &into(), &equal(&into(), 4), method);
+            let there = p.mesh.clone();
+            for line in [to, to] {
+                go_on(&mut p, line, method, false);
+                assert!(p.mesh == there, "{method:?}: a blade that stops cuts nothing");
+            }
+            for k in (0..8).rev() {
+                let g = k as f64 / 8.0;
+                go_on(&mut p, [0, 1].map(|i| from[i] + (to[i] - from[i]) * g), method, false);
+                assert!(p.mesh == there, "{method:?} {g}: going back cuts nothing");
+            }
+            for g in [0.3, 0.7, 1.0] {
+                go_on(&mut p, [0, 1].map(|i| from[i] + (to[i] - from[i]) * g), method, false);
+            }
+            let area = p.area;
+            go_on(&mut p, beyond, method, true);
+            assert_eq!(p.refused, 0);
+            assert_eq!(p.mesh.pieces().1, before.pieces().1, "{method:?}");
+            assert!(p.area > area + 0.1, "{method:?}: it goes on");
+        }
+    }
+}
+
+#[test]
+fn a_blade_leaves_and_enters_again() {
+    // over the top, and down into the other side
+    let blade = blade(&[
+        (0.0, [0.41, -0.2, 1.3], [0.43, -0.2, 0.62]),
+        (1.0, [0.41, 0.21, 1.3], [0.43, 0.21, 0.62]),
+        (2.0, [0.41, 0.25, 2.3], [0.43, 0.25, 1.62]),
+        (3.0, [0.61, 0.95, 2.3], [0.63, 0.95, 1.62]),
+        (4.0, [0.61, 1.3, 1.3], [0.63, 1.3, 0.42]),
+        (5.0, [0.61, 0.61, 1.3], [0.63, 0.61, 0.42]),
+    ]);
+    for n in [5, 10, 20] {
+        let p = cut_at(&unit_box(4), &blade, &equal(&blade, n), Method::Hybrid);
+        let (first, second) = (0.21 * 0.38, 0.39 * 0.58);
+        println!("{n}: area {} of {}", p.area, first + second);
+        assert_eq!((p.mesh.pieces().1, p.refused), (1, 0));
+        assert!(
+            (p.area - first - second).abs() < 0.25 * (first + second),
+            "{n}: {}",
+            p.area
+        );
+    }
+}
+
+#[test]
+fn f5_blades_along_edges_facets_and_the_boundary_end_in_finite_steps() {
+    let along = [
+        // in a layer of facets, along edges
+        blade(&[
+            (0.0, [0.5, -0.2, -0.2], [0.5, -0.2, 1.2]),
+            (1.0, [0.5, 1.2, -0.2], [0.5, 1.2, 1.2]),
+        ]),
+        // in a face of the box
+        blade(&[
+            (0.0, [0.0, -0.2, -0.2], [0.0, -0.2, 1.2]),
+            (1.0, [0.0, 1.2, -0.2], [0.0, 1.2, 1.2]),
+        ]),
+        // parallel to the surface, a little under it
+        blade(&[
+            (0.0, [-0.2, 0.3, 0.99], [1.2, 0.3, 0.99]),
+            (1.0, [-0.2, 0.8, 0.99], [1.2, 0.8, 0.99]),
+        ]),
+        // along itself
+        blade(&[
+            (0.0, [0.3, 0.3, 2.0], [0.3, 0.3, 1.1]),
+            (1.0, [0.3, 0.3, 1.2], [0.3, 0.3, 0.3]),
+        ]),
+    ];
+    let parts = [2, 1, 1, 1];
+    for (blade, parts) in along.iter().zip(parts) {
+        for method in [Method::Subdivide, Method::Hybrid] {
+            for n in [1, 4] {
+                let p = cut_at(&unit_box(4), blade, &equal(blade, n), method);
+                assert_eq!((p.mesh.pieces().1, p.refused), (parts, 0), "{method:?} {n}");
+            }
+        }
+    }
+}
+
+#[test]
+fn f30_an_entry_near_a_corner_takes_finite_steps() {
+    let e = 1e-3 / 4.0;
+    let blade = blade(&[
+        (0.0, [e, -0.2, 1.3], [e, -0.2, -0.3]),
+        (1.0, [0.3, 1.2, 1.3], [0.3, 1.2, -0.3]),
+    ]);
+    for before in meshes() {
+        for method in [Method::Subdivide, Method::Hybrid] {
+            for n in [1, 10] {
+                let p = cut_at(&before, &blade, &equal(&blade, n), method);
+                assert_eq!((p.mesh.pieces().1, p.refused), (2, 0), "{method:?} {n}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_motion_of_a_blade_is_refused() {
+    let (p, q) = (Point::zeros(), Point::x());
+    let nan = Point::new(0.0, f64::NAN, 0.0);
+    for (samples, words) in [
+        (vec![], "0 samples are given; at least 2 are needed"),
+        (vec![(0.0, [p, q])], "1 samples are given; at least 2 are needed"),
+        (
+            vec![(0.0, [p, q]), (0.0, [p, q])],
+            "sample 1 (from zero) is at 0.0 s, not after the one before",
+        ),
+        (
+            vec![(0.0, [p, q]), (1.0, [nan, q])],
+            "sample 1 (from zero) is not finite",
+        ),
+        (vec![(0.0, [p, p]), (1.0, [q, q])], "no length at any time"),
+    ] {
+        let error = Blade::new(samples).unwrap_err().to_string();
+        assert!(error.starts_with(words) || error.contains(words), "{error}");
+    }
+    let turning = Blade::new(vec![(1.0, [p, q]), (3.0, [p, p]), (4.0, [q, p])]).unwrap();
+    assert_eq!((turning.start(), turning.end(), turning.num_samples()), (1.0, 4.0, 3));
+    assert_eq!(turning.at(2.0), [p, q / 2.0]);
+    assert_eq!((turning.at(0.0), turning.at(9.0)), ([p, q], [q, p]));
+    assert_eq!(turning.stops(1.5, 4.0), [3.0, 4.0]);
+}
+
+/// A fan: one end fixed, the other on a circle.
+fn fan(pivot: [f64; 3], inside: bool) -> Blade {
+    let at = |k: usize| {
+        let a = -0.9 + 0.1 * k as f64 * 1.8;
+        let reach = if inside { 0.75 } else { 2.6 };
+        let tip = [
+            pivot[0] + 0.05 * reach * a,
+            pivot[1] + reach * a.cos(),
+            pivot[2] + reach * a.sin(),
+        ];
+        (k as f64 / 10.0, pivot, tip)
+    };
+    blade(&(0..=10).map(at).collect::<Vec<_>>())
+}
+
+/// Turning about its own axis as it goes: the surface is twisted.
+fn twisted() -> Blade {
+    let at = |k: usize| {
+        let (t, y) = (k as f64 / 6.0, -0.3 + 1.6 * k as f64 / 6.0);
+        let x = |z: f64| 0.45 + (z - 0.5) * (0.5 - t) * 0.8 + 0.1 * (3.0 * y).sin();
+        (t, [x(-0.2), y, -0.2], [x(1.2), y + 0.1, 1.2])
+    };
+    blade(&(0..=6).map(at).collect::<Vec<_>>())
+}
+
+#[test]
+fn a_pivot_inside_the_body_keeps_every_invariant() {
+    for pivot in [[0.47, -0.2, 0.52], [0.47, 0.3, 0.52]] {
+        let fan = fan(pivot, true);
+        for before in meshes() {
+            for n in [10, 20] {
+                let p = cut_at(&before, &fan, &equal(&fan, n), Method::Hybrid);
+                assert_eq!((p.mesh.pieces().1, p.refused), (before.pieces().1, 0), "{n}");
+                assert!(p.area > 0.2, "{}", p.area);
+            }
+        }
+    }
+}
