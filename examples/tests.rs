@@ -54,3 +54,24 @@ fn the_loop_cuts_in_mid_flight_and_allocates_nothing_once_warm() {
         );
     });
 }
+
+#[test]
+fn the_scalpel_draws_a_slit() {
+    let scene = kerfem_engine::Scene::read("scenes/scalpel.toml").unwrap();
+    let (dt, steps) = (scene.time.dt.unwrap(), 12);
+    let mut body = kerfem_engine::Simulation::new(scene).unwrap();
+    body.verify(true);
+    for _ in 0..steps {
+        assert!(body.step(dt).unwrap().converged);
+    }
+    assert_eq!(body.verification().unwrap().invariants, "ok");
+    assert_eq!(
+        (body.mesh().pieces().1, body.warnings().len()),
+        (1, 0),
+        "{:?}",
+        body.warnings()
+    );
+    let area: f64 = body.cuts().iter().map(|c| c.area_m2).sum();
+    assert!((0.02..0.06).contains(&area), "{area}");
+    assert!(body.cuts().iter().all(|c| c.refused.is_empty()));
+}

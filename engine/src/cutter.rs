@@ -1,6 +1,6 @@
 //! Cuts the mesh and keeps the search tree true: the only place of the engine that calls the cutting crate.
 
-use kerfem_cutting::{Borders, CutOptions, CutOutcome, Sweep};
+use kerfem_cutting::{Borders, CutOptions, CutOutcome, Sweep, Tip};
 use kerfem_mesh::{Aabb, BoxTree, CellId, Point, SimplexMesh};
 
 use crate::{EngineError, Frame};
@@ -93,6 +93,38 @@ impl Cutter {
             nodes += tree.update(c.0, cell_box).0;
         }
         nodes
+    }
+}
+
+impl Cutter {
+    /// What a blade sweeps on its way to `line`, in the frame of the last [`Self::prepare`].
+    pub(crate) fn sweep_of<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        tip: &mut Tip,
+        line: [Point; 2],
+        options: &CutOptions,
+        due: bool,
+    ) -> Sweep {
+        let positions = &self.positions;
+        let swept = self
+            .tree
+            .as_ref()
+            .map(|tree| tip.sweep_to(mesh, tree, positions, line, options, due));
+        swept.unwrap_or_default()
+    }
+
+    /// Lets a tip take note of the cut that it has made on its way to `line`.
+    pub(crate) fn arrive<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        tip: &mut Tip,
+        line: [Point; 2],
+        options: &CutOptions,
+    ) {
+        if let Some(tree) = &self.tree {
+            tip.arrive(mesh, tree, &self.positions, line, options);
+        }
     }
 }
 

@@ -33,6 +33,7 @@
 mod advance;
 mod audit;
 mod barycentric;
+mod blades;
 pub mod book;
 mod choices;
 mod conditions;

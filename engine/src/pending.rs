@@ -34,7 +34,8 @@ pub(crate) struct StoredCut {
 pub(crate) fn read<const N: usize>(scene: &Scene) -> Result<Vec<PendingCut>, EngineError> {
     let mut cuts = Vec::with_capacity(scene.cut.len());
     for (index, spec) in scene.cut.iter().enumerate() {
-        let read = io::read_sweep(scene.source.resolve(&spec.sweep));
+        let Some(sweep) = &spec.sweep else { continue };
+        let read = io::read_sweep(scene.source.resolve(sweep));
         let surface = read.map_err(|e| scene.source.file_error("cut", index, "sweep", &e))?;
         cuts.push(StoredCut { index, surface });
     }
@@ -46,24 +47,25 @@ pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Resul
     let mut cuts = Vec::with_capacity(stored.len());
     for stored in stored {
         let i = stored.index;
-        let Some(spec) = scene.cut.get(i) else {
+        let spec = scene
+            .cut
+            .get(i)
+            .and_then(|spec| Some((spec, spec.sweep.as_ref()?.display())));
+        let Some((spec, file)) = spec else {
             return Err(scene.source.error("cut", i, "", "there is no such cut"));
         };
         let (sweep, warnings) = sweep_for::<N>(stored.surface.clone()).map_err(|e| {
-            let message = format!("{}: {e}", spec.sweep.display());
+            let message = format!("{file}: {e}");
             scene.source.error("cut", i, "sweep", message)
         })?;
         cuts.push(PendingCut {
             index: i,
-            at: spec.at,
+            at: spec.at.unwrap_or(0.0),
             frame: spec.frame,
             sweep,
             options: spec.options(),
             stored,
-            warnings: warnings
-                .iter()
-                .map(|w| format!("{}: {w}", spec.sweep.display()))
-                .collect(),
+            warnings: warnings.iter().map(|w| format!("{file}: {w}")).collect(),
         });
     }
     cuts.sort_by(|a, b| a.at.total_cmp(&b.at));

@@ -133,6 +133,8 @@ pub struct CutRecord {
     pub area_m2: f64,
     /// Largest distance of the new faces to the sweep, in the cutting frame.
     pub max_distance_to_sweep_m: f64,
+    /// Of a blade: the largest distance from the end of its incision to it; see [`kerfem_cutting::Tip::distance`].
+    pub tip_distance_m: Option<f64>,
     /// Change of the rest volume, relative.
     pub volume_change_relative: f64,
     /// Change of the mass, relative.
@@ -194,4 +196,17 @@ pub struct Choice {
     pub chosen: String,
     /// Why.
     pub why: String,
+}
+
+impl CutRecord {
+    /// Whether the mesh is not what it was.
+    pub fn changes_something(&self) -> bool {
+        [
+            self.cells_removed,
+            self.cells_added,
+            self.vertices_added,
+            self.vertices_removed,
+            self.vertices_moved,
+        ] != [0; 5]
+    }
 }

@@ -318,6 +318,9 @@ fn advance<const N: usize>(
                 simulation.state.time
             ));
         }
+        for text in simulation.unmoved_blades() {
+            simulation.warn(text);
+        }
     }
     result.map(|()| ending)
 }

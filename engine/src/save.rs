@@ -13,6 +13,7 @@ use kerfem_mesh::{CellId, SimplexMesh, VertexId};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::blades::{self, MovingBlade, StoredBlade};
 use crate::conditions::{FixedDofs, FixedSet, Loads};
 use crate::pending::{self, StoredCut};
 use crate::probes::Probes;
@@ -46,6 +47,7 @@ struct Content<'a, const N: usize, Extra: Clone> {
     state: Cow<'a, State>,
     pending: Vec<StoredCut>,
     backlog: Cow<'a, [Backlog]>,
+    blades: Vec<StoredBlade>,
     pinched: Cow<'a, [VertexId]>,
     energies: Energies,
     unbalanced: Cow<'a, [f64]>,
@@ -85,6 +87,7 @@ impl<const N: usize> Simulation<N> {
             state: Cow::Borrowed(&self.state),
             pending: self.pending.iter().map(|c| c.stored.clone()).collect(),
             backlog: Cow::Borrowed(&self.backlog),
+            blades: self.blades.iter().map(MovingBlade::stored).collect(),
             pinched: Cow::Borrowed(&self.pinched),
             energies: self.energies,
             unbalanced: Cow::Borrowed(self.equilibrium.unbalanced()),
@@ -144,6 +147,7 @@ impl<const N: usize> Simulation<N> {
             fixed: FixedDofs::restored(content.fixed.into_owned(), &mesh).map_err(damaged)?,
             probes: Probes::restored(&scene, &mesh, &content.probes).map_err(damaged)?,
             pending: pending::of::<N>(&scene, content.pending)?,
+            blades: blades::restored(&scene, content.blades, mesh.vertex_slots()).map_err(damaged)?,
             mesh,
             regions,
             loads,

@@ -1,9 +1,12 @@
 //! What a scene selects, in words: for `kerfem check`, so that a wrong end shows at once.
 
+use std::path::Path;
+
 use kerfem_mesh::quality::cell_volume;
 use kerfem_mesh::{Aabb, CellId, FacetSide, Point, SimplexMesh, VertexId};
 use nalgebra::Vector3;
 
+use crate::blades::MovingBlade;
 use crate::pending::{PendingCut, method_name};
 use crate::state::nodal;
 use crate::{Frame, Scheme, Simulation};
@@ -189,7 +192,12 @@ impl<const N: usize> Simulation<N> {
     }
 
     fn cut_lines(&self) -> Vec<String> {
-        self.pending.iter().map(|cut| self.cut_line(cut)).collect()
+        let blades = self.blades.iter().map(|blade| self.blade_line(blade));
+        self.pending
+            .iter()
+            .map(|cut| self.cut_line(cut))
+            .chain(blades)
+            .collect()
     }
 
     /// What will come to nothing as far as the start can tell: cuts after the last step begins.
@@ -201,43 +209,68 @@ impl<const N: usize> Simulation<N> {
         };
         let last = ((end / dt - 1e-9).ceil() - 1.0).max(0.0) * dt;
         let late = self.pending.iter().filter(|c| c.at - 1e-9 * dt > last);
-        late.map(|c| {
+        let late = late.map(|c| {
             format!(
                 "cut[{}] at {} s will not be made: the last step begins at {} s",
                 c.index,
                 number(c.at),
                 number(last)
             )
-        })
-        .collect()
+        });
+        let unmoved = self.blades.iter().filter(|b| b.blade.end() > end + 1e-9 * dt);
+        let unmoved = unmoved.map(|b| {
+            format!(
+                "the blade of cut[{}] moves until {} s: the run ends at {} s",
+                b.index,
+                number(b.blade.end()),
+                number(end)
+            )
+        });
+        late.chain(unmoved).collect()
     }
 
     fn cut_line(&self, cut: &PendingCut) -> String {
-        let spec = &self.scene.cut[cut.index];
-        let position = |v: VertexId| match cut.frame {
-            Frame::Rest => self.mesh.rest_position(v),
-            Frame::Deformed => self.mesh.rest_position(v) + nodal(&self.state.u, v),
-        };
-        let bounds = cut.sweep.bounds();
-        let near = |c: &CellId| Aabb::around(self.mesh.cell(*c).map(position)).overlaps(&bounds);
-        let touched = self.mesh.cell_ids().filter(near).count();
+        let file = self.scene.cut[cut.index].sweep.as_deref().unwrap_or(Path::new(""));
         let when = match self.scene.time.scheme {
             Scheme::Static | Scheme::Evaluate => "first of all".to_owned(),
             _ => format!("at {} s", number(cut.at)),
         };
-        let frame = match cut.frame {
-            Frame::Rest => "rest",
-            Frame::Deformed => "deformed",
-        };
         format!(
-            "cut[{}] {when} by {} with {}, {} in {} ({frame} frame): its box meets {touched} of {} cells at the start",
+            "cut[{}] {when} by {} with {}, {} in {}",
             cut.index,
             method_name(cut.options.method),
-            spec.sweep.display(),
+            file.display(),
             counted(cut.sweep.num_pieces(), ["piece", "pieces"]),
-            self.place(&bounds),
-            self.mesh.num_cells(),
+            self.cut_place(&cut.sweep.bounds(), cut.frame),
         )
+    }
+
+    fn blade_line(&self, moving: &MovingBlade) -> String {
+        let blade = &moving.blade;
+        let when = match self.scene.time.scheme {
+            Scheme::Static | Scheme::Evaluate => "first of all".to_owned(),
+            _ => format!("from {} s to {} s", number(blade.start()), number(blade.end())),
+        };
+        format!(
+            "cut[{}] {when} by {} with a blade, {} in {}",
+            moving.index,
+            method_name(moving.options.method),
+            counted(blade.num_samples(), ["sample", "samples"]),
+            self.cut_place(&blade.bounds(), moving.frame),
+        )
+    }
+
+    /// The box of a cut, and how many cells are in it.
+    fn cut_place(&self, bounds: &Aabb, frame: Frame) -> String {
+        let (name, moves) = match frame {
+            Frame::Rest => ("rest", 0.0),
+            Frame::Deformed => ("deformed", 1.0),
+        };
+        let position = |v: VertexId| self.mesh.rest_position(v) + moves * nodal(&self.state.u, v);
+        let near = |c: &CellId| Aabb::around(self.mesh.cell(*c).map(position)).overlaps(bounds);
+        let touched = self.mesh.cell_ids().filter(near).count();
+        let (place, cells) = (self.place(bounds), self.mesh.num_cells());
+        format!("{place} ({name} frame): its box meets {touched} of {cells} cells at the start")
     }
 
     /// A box by its corners, in as many dimensions as the mesh has.

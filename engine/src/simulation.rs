@@ -8,6 +8,7 @@ use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh, VertexId};
 use serde::{Deserialize, Serialize};
 
 use crate::audit::pinched_vertices;
+use crate::blades::{self, MovingBlade};
 use crate::choices::{self, Choices};
 use crate::conditions::{FixedDofs, Loads};
 use crate::cutter::Cutter;
@@ -69,6 +70,7 @@ pub struct Simulation<const N: usize = 4> {
     pub(crate) pending: Vec<PendingCut>,
     /// Bad cells that cuts have left over, for later steps.
     pub(crate) backlog: Vec<Backlog>,
+    pub(crate) blades: Vec<MovingBlade>,
     /// Vertices that join cells by a point only in the mesh as read, ascending.
     pub(crate) pinched: Vec<VertexId>,
     /// Compares whole-mesh figures before and after each cut; costs work proportional to the mesh.
@@ -92,6 +94,7 @@ pub(crate) struct Parts<const N: usize> {
     pub(crate) probes: Probes<N>,
     pub(crate) state: State,
     pub(crate) pending: Vec<PendingCut>,
+    pub(crate) blades: Vec<MovingBlade>,
     /// See [`Simulation::unknowns`]; none: those there are now.
     pub(crate) unknowns: Option<usize>,
 }
@@ -181,6 +184,7 @@ impl<const N: usize> Simulation<N> {
             probes: Probes::new(&scene, &input.mesh)?,
             state: initial_state(&scene, &input)?,
             pending: pending::read::<N>(&scene)?,
+            blades: blades::of(&scene)?,
             mesh: input.mesh,
             unknowns: None,
         };
@@ -199,10 +203,9 @@ impl<const N: usize> Simulation<N> {
                 v.0
             ));
         }
-        if let Some(first) = simulation.pending.first() {
-            simulation
-                .cutter
-                .prepare(&simulation.mesh, &simulation.state.u, first.frame);
+        let frames = simulation.pending.iter().map(|c| c.frame);
+        if let Some(first) = frames.chain(simulation.blades.iter().map(|b| b.frame)).next() {
+            simulation.cutter.prepare(&simulation.mesh, &simulation.state.u, first);
         }
         simulation.check_quantities()?;
         simulation.measure_energies()?;
@@ -238,6 +241,7 @@ impl<const N: usize> Simulation<N> {
             warnings: parts.pending.iter().flat_map(|c| c.warnings.clone()).collect(),
             pending: parts.pending,
             backlog: Vec::new(),
+            blades: parts.blades,
             pinched: Vec::new(),
             records_figures: false,
             verify: None,
@@ -264,7 +268,8 @@ impl<const N: usize> Simulation<N> {
 
     /// One frame: the cuts that are due, then one step of the scene's scheme.
     ///
-    /// A cut is due before the first step with `t >= at - 1e-9 dt`; statics and "evaluate" do all cuts first. For
+    /// A cut is due before the first step with `t >= at - 1e-9 dt`, and a blade sweeps what it moves until `t + dt`; statics
+    /// and "evaluate" do all cuts first. For
     /// "static" the step is the equilibrium at `t + dt`, for "evaluate" it only moves the clock.
     ///
     /// # Errors
@@ -316,6 +321,7 @@ impl<const N: usize> Simulation<N> {
             let record = self.cut_in_frame(cut.frame, &cut.sweep, &cut.options)?;
             seconds += record.seconds.find + record.seconds.remesh + record.seconds.update;
         }
+        seconds += self.move_blades(dt)?;
         // without figures the clock tells the same as the sum of the parts
         Ok(if self.records_figures {
             seconds
@@ -344,10 +350,32 @@ impl<const N: usize> Simulation<N> {
         sweep: &Sweep,
         options: &CutOptions,
     ) -> Result<CutRecord, EngineError> {
-        let audit = self.audit_before(options.method);
+        let prepare_seconds = self.prepare_cut(frame);
+        let mut record = self.cut_prepared(frame, sweep, options, true)?;
+        record.seconds.find += prepare_seconds;
+        self.cuts.push(record.clone());
+        Ok(record)
+    }
+
+    /// Brings the positions to cut at to a frame; returns the seconds it took.
+    pub(crate) fn prepare_cut(&mut self, frame: Frame) -> f64 {
         let clock = Instant::now();
         self.cutter.prepare(&self.mesh, &self.state.u, frame);
-        let prepare_seconds = clock.elapsed().as_secs_f64();
+        let seconds = clock.elapsed().as_secs_f64();
+        self.seconds.cut += seconds;
+        seconds
+    }
+
+    /// Cuts in a frame that was prepared; the warnings of the cut are told if `tells`.
+    pub(crate) fn cut_prepared(
+        &mut self,
+        frame: Frame,
+        sweep: &Sweep,
+        options: &CutOptions,
+        tells: bool,
+    ) -> Result<CutRecord, EngineError> {
+        let audit = self.audit_before(options.method);
+        let clock = Instant::now();
         let (regions, loads, fixed) = (&self.regions, &self.loads, &self.fixed);
         let borders = Borders {
             cell_group: &|c| u64::from(regions[c.index()]),
@@ -358,7 +386,6 @@ impl<const N: usize> Simulation<N> {
         let cut_seconds = clock.elapsed().as_secs_f64();
         let followed = self.follow(&outcome.change)?;
         let mut record = pending::record(self.state.time, options.method, &outcome);
-        record.seconds.find += prepare_seconds;
         record.seconds.update = clock.elapsed().as_secs_f64() - cut_seconds;
         record.rows_updated = followed.rows;
         record.cells_updated = followed.cells;
@@ -373,7 +400,8 @@ impl<const N: usize> Simulation<N> {
                 frame,
             });
         }
-        for text in outcome.report.warnings.iter().chain(&record.refused) {
+        let told: &[String] = if tells { &outcome.report.warnings } else { &[] };
+        for text in told.iter().chain(&record.refused) {
             self.warn(format!("cut at {} s: {text}", self.state.time));
         }
         // outside the timed seconds: work proportional to the mesh, as part of every step
@@ -392,7 +420,6 @@ impl<const N: usize> Simulation<N> {
             refused = record.refused.len(),
             "cut"
         );
-        self.cuts.push(record.clone());
         Ok(record)
     }
 
@@ -504,6 +531,11 @@ impl<const N: usize> Simulation<N> {
     /// What each "auto" chose and why.
     pub fn choices(&self) -> &Choices {
         &self.choices
+    }
+
+    /// Records of the cuts made so far; of a blade those of its motions that changed something or were refused.
+    pub fn cuts(&self) -> &[CutRecord] {
+        &self.cuts
     }
 
     /// What the user should know, so far.

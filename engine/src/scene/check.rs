@@ -387,9 +387,19 @@ impl Scene {
 
     fn check_cuts(&self) -> Checked {
         for (i, c) in self.cut.iter().enumerate() {
-            if !(c.at.is_finite() && c.at >= 0.0) {
-                let message = format!("{:?} is not accepted; a finite time from 0 is needed", c.at);
+            self.exactly_one("cut", i, &[("sweep", c.sweep.is_some()), ("blade", c.blade.is_some())])?;
+            if let Some(at) = c.at.filter(|at| !(at.is_finite() && *at >= 0.0)) {
+                let message = format!("{at:?} is not accepted; a finite time from 0 is needed");
                 return self.fail("cut", i, "at", message);
+            }
+            if let Some(path) = &c.blade {
+                if c.at.is_some() {
+                    let message = "a blade cuts at the times of its samples; \"at\" is accepted with \"sweep\"";
+                    return self.fail("cut", i, "at", message);
+                }
+                if let Err(e) = path.blade() {
+                    return self.fail("cut", i, "blade", e.to_string());
+                }
             }
             if !(c.snap >= 0.0 && c.snap <= 0.45) {
                 let message = format!("{:?} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);

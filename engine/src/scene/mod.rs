@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::{EngineError, Expression};
 use source::Source;
 use values::exactly;
-pub use values::{Components, Condition, Field, InitialField, NodalForces};
+pub use values::{BladePath, Components, Condition, Field, InitialField, NodalForces};
 
 /// A scene as its file says it, checked as far as that is possible without the mesh.
 ///
@@ -440,20 +440,22 @@ pub enum PreconditionerName {
     Auto,
 }
 
-/// A cut.
+/// A cut: by exactly one of `sweep`, `blade`.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CutSpec {
-    /// When (s): before the first step that begins then or later. In statics all cuts are made first.
-    #[serde(default)]
-    pub at: f64,
+    /// When a sweep cuts (s, default 0): before the first step that begins then or later. In statics all cuts are made first.
+    pub at: Option<f64>,
     /// How the mesh is made to follow the sweep.
     #[serde(default)]
     pub method: MethodName,
     /// A triangulated surface, for a planar mesh line segments; relative to the scene.
-    pub sweep: PathBuf,
-    /// Which positions the sweep is in.
+    pub sweep: Option<PathBuf>,
+    /// The two end points (m) of a blade over time (s), linear between samples: it cuts tetrahedra as it moves, each step what
+    /// it moves until the end of the step. In statics it moves all its way first.
+    pub blade: Option<BladePath>,
+    /// Which positions the sweep or the blade is in.
     #[serde(default)]
     pub frame: Frame,
     /// Snapping distance as a fraction of the local mean edge.

@@ -50,6 +50,10 @@ impl Scene {
                 self.check_expressions("initial", 0, key, &vector.0, dimension)?;
             }
         }
+        if let (2, Some(i)) = (dimension, self.cut.iter().position(|c| c.blade.is_some())) {
+            let message = "the mesh is planar, and a blade cuts tetrahedra; accepted: \"sweep\"";
+            return self.fail("cut", i, "blade", message);
+        }
         for (i, p) in self.probe.iter().enumerate() {
             self.check_in_plane("probe", i, "point", &p.point.0, dimension)?;
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 use serde_json::Value;
 
-use super::{Components, Condition, InitialField, NodalForces, Scene};
+use super::{BladePath, Components, Condition, InitialField, NodalForces, Scene};
 use crate::Expression;
 use crate::expression::{BINARY, CONSTANTS, UNARY};
 
@@ -53,6 +53,11 @@ told_as!(
     InitialField,
     "InitialField",
     "3 expressions (2 in the plane), or `{ file = \"...\", array = \"...\" }`: a point array of a file"
+);
+told_as!(
+    BladePath,
+    "BladePath",
+    "list of at least 2 samples `[t, [x, y, z], [x, y, z]]`, `t` ascending"
 );
 told_as!(
     NodalForces,

@@ -189,8 +189,8 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         ),
         (
             "sweep = \"blade.obj\"",
-            "blade = [[0, [0, 0, 0], [1, 0, 0]]]",
-            "s.toml:18: cut.blade: \"blade\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"frame\", \"snap\", \"improve\", \"relax\", \"quality\", \"operations\"",
+            "path = [[0, [0, 0]], [1, [1, 0]]]",
+            "s.toml:18: cut.path: \"path\" is not available yet; accepted: \"at\", \"method\", \"sweep\", \"blade\", \"frame\", \"snap\", \"improve\", \"relax\", \"quality\", \"operations\"",
         ),
         (
             "name = \"beam\"",

@@ -8,6 +8,9 @@ use std::str::FromStr;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use kerfem_cutting::{Blade, BladeError};
+use kerfem_mesh::Point;
+
 use super::MethodName;
 use super::source::explain;
 use crate::Expression;
@@ -187,5 +190,66 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for FieldVisitor<T> {
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Field<T>, A::Error> {
         let FileArray { file, array } = FileArray::deserialize(de::value::MapAccessDeserializer::new(map))?;
         Ok(Field::File { file, array })
+    }
+}
+
+/// A blade's samples: time (s) and two end points (m).
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct BladePath(pub Vec<BladeSample>);
+
+impl BladePath {
+    /// The blade.
+    ///
+    /// # Errors
+    /// [`BladeError`] for the first thing that is not accepted.
+    pub fn blade(&self) -> Result<Blade, BladeError> {
+        let samples = self.0.iter().map(|s| (s.time, s.ends.map(Point::from)));
+        Blade::new(samples.collect())
+    }
+}
+
+/// A blade at one time, written `[t, [x, y, z], [x, y, z]]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BladeSample {
+    /// When (s).
+    pub time: f64,
+    /// Its end points (m).
+    pub ends: [[f64; 3]; 2],
+}
+
+impl Serialize for BladeSample {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.time, self.ends[0], self.ends[1]).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for BladeSample {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(BladeSampleVisitor)
+    }
+}
+
+struct BladeSampleVisitor;
+
+impl<'de> Visitor<'de> for BladeSampleVisitor {
+    type Value = BladeSample;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a sample [t, [x, y, z], [x, y, z]]")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<BladeSample, A::Error> {
+        const WANTED: &str = "a sample of a blade is [t, [x, y, z], [x, y, z]]";
+        let short = || de::Error::custom(WANTED);
+        let time = seq.next_element()?.ok_or_else(short)?;
+        let mut end = || -> Result<[f64; 3], A::Error> {
+            let all: Vec<f64> = seq.next_element()?.ok_or_else(short)?;
+            all.try_into().map_err(|_| de::Error::custom(WANTED))
+        };
+        let ends = [end()?, end()?];
+        match seq.next_element::<de::IgnoredAny>()? {
+            None => Ok(BladeSample { time, ends }),
+            Some(_) => Err(de::Error::custom(WANTED)),
+        }
     }
 }

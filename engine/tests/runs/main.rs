@@ -1,5 +1,6 @@
 //! Whole scenes through the library: statics, motion, cuts, input from files. One file each.
 
+mod blades;
 mod cuts;
 mod damping;
 mod dynamics;
