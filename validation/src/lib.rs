@@ -1,7 +1,8 @@
 //! Anything with a reference: kerfem against scikit-fem, closed forms and stated invariants.
 //!
 //! [`Reference`] is a solution that scikit-fem found (`validation/references`, made by `make_references.py`);
-//! [`cut_beam`] makes the cuts behind the references named `cut_*`; [`norms`] measures differences. The comparisons
+//! [`cut_beam`] makes the cuts behind the references named `cut_*`; [`norms`] measures differences, [`conditioning`] what a mesh
+//! asks of solvers and time steps; [`chart`] draws. The comparisons
 //! themselves are the tests of this crate, and `check_results.py` for files that the command writes.
 //!
 //! ```
@@ -11,6 +12,8 @@
 //! # Ok::<(), kerfem_validation::ValidationError>(())
 //! ```
 
+pub mod chart;
+pub mod conditioning;
 pub mod cut_beam;
 mod error;
 pub mod norms;

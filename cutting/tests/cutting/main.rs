@@ -6,6 +6,7 @@ mod blade;
 mod bodies;
 mod codes;
 mod common;
+mod fuzz;
 mod improve;
 mod invariants;
 mod numbers;

@@ -68,7 +68,7 @@ struct Seen {
 
 #[derive(Default)]
 struct Tally {
-    methods: BTreeMap<&'static str, Seen>,
+    methods: BTreeMap<String, Seen>,
     failures: Vec<String>,
     cuts: u64,
 }
@@ -127,13 +127,20 @@ fn run_seed(seed: u64, bodies: &[(&'static str, TetMesh)], tally: &mut Tally, li
         let again = random.below(4) == 0;
         tally.cuts += 1;
         let what = format!(
-            "seed {seed}, cut {number}, {} by {} with snap {} on {body_name}{}",
+            "seed {seed}, cut {number}, {} by {}{} with snap {} on {body_name}{}",
             drawn.kind,
             name_of(options.method),
+            if options.improve { " (improved)" } else { "" },
             options.snap,
             if at_rest { "" } else { ", deformed" }
         );
-        let seen = tally.methods.entry(name_of(options.method)).or_insert_with(|| Seen {
+        let unbounded = options.snap == CutOptions::default().snap && options.operations == usize::MAX;
+        let name = match (options.improve, unbounded) {
+            (_, false) => format!("{}, other settings", name_of(options.method)),
+            (true, _) => format!("{}, improved", name_of(options.method)),
+            (false, _) => name_of(options.method).into(),
+        };
+        let seen = tally.methods.entry(name).or_insert_with(|| Seen {
             worst_quality: 1.0,
             ..Seen::default()
         });
