@@ -277,19 +277,17 @@ pub fn cut_within<const N: usize>(
     sweep.fits(mesh)?;
     let mut report = CutReport::default();
     let mut ws = Workspace::new(mesh, positions, borders);
-    for piece in sweep.pieces() {
-        if let Err(refusal) = cut_by_piece(&mut ws, tree, piece, sweep, options, &mut report) {
-            let refused = vec![refusal];
-            return Ok(CutOutcome {
-                report: CutReport {
-                    refused,
-                    area: 0.0,
-                    max_distance_to_sweep: 0.0,
-                    ..report
-                },
-                ..CutOutcome::default()
-            });
-        }
+    if let Err(refusal) = cut_by_pieces(&mut ws, tree, sweep, options, &mut report) {
+        let refused = vec![refusal];
+        return Ok(CutOutcome {
+            report: CutReport {
+                refused,
+                area: 0.0,
+                max_distance_to_sweep: 0.0,
+                ..report
+            },
+            ..CutOutcome::default()
+        });
     }
     // doubling gave cells at the lips new numbers
     let current = report
@@ -345,6 +343,30 @@ pub fn improve<const N: usize>(
 /// nearly all there is to do.
 const PASSES: usize = 4;
 
+/// Rounds over the pieces until none opens anything: a piece that takes vertices from an earlier one leaves that to be cut
+/// again.
+const ROUNDS: usize = 4;
+
+fn cut_by_pieces<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    tree: &BoxTree,
+    sweep: &Sweep,
+    options: &CutOptions,
+    report: &mut CutReport,
+) -> Result<(), Refusal> {
+    for _ in 0..ROUNDS {
+        let mut opened = false;
+        for piece in sweep.pieces() {
+            opened |= cut_by_piece(ws, tree, piece, sweep, options, report)?;
+        }
+        if !opened || sweep.pieces().len() == 1 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether anything was opened.
 fn cut_by_piece<const N: usize>(
     ws: &mut Workspace<'_, N>,
     tree: &BoxTree,
@@ -352,8 +374,8 @@ fn cut_by_piece<const N: usize>(
     sweep: &Sweep,
     options: &CutOptions,
     report: &mut CutReport,
-) -> Result<(), Refusal> {
-    for _ in 0..PASSES {
+) -> Result<bool, Refusal> {
+    for round in 0..PASSES {
         let start = Instant::now();
         ws.on.clear();
         ws.exact.clear();
@@ -364,10 +386,10 @@ fn cut_by_piece<const N: usize>(
         let goes_on = pass(ws, piece, sweep, options, report)?;
         report.remesh_seconds += start.elapsed().as_secs_f64() - (report.improve_seconds - improving);
         if !goes_on {
-            break;
+            return Ok(round > 0);
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 /// One pass over a piece: whether it changed anything that another pass might add to.

@@ -1,6 +1,7 @@
 //! Awkward sweeps with a known answer (METHODS F3, F4, F6-F10, F14, F25, F31).
 
 use super::common::*;
+use super::sweeps::{joined, rectangle_points, sphere};
 use kerfem_cutting::{CutError, CutOptions, Method, Sweep, cut};
 use kerfem_mesh::{BoxTree, Point, TetMesh, generate, quality};
 
@@ -258,6 +259,41 @@ fn f31_the_same_sweep_twice_is_a_no_op() {
             assert!(outcome.change.is_empty() && outcome.report.warnings.len() == 1);
             assert!(mesh == once);
         }
+    }
+}
+
+fn assert_no_op_again(before: &TetMesh, sweep: &Sweep, method: Method) {
+    let (mut mesh, _) = cut_checked(before, sweep, method);
+    let once = mesh.clone();
+    let again = cut_rest(&mut mesh, sweep, method);
+    assert!(
+        again.change.is_empty() && mesh == once,
+        "{method:?}: {} m2",
+        again.report.area
+    );
+}
+
+/// F31 where pieces of one sweep take vertices from each other.
+#[test]
+fn f31_crossing_planes_twice() {
+    let before = shaken_box(4, 0.25, 11);
+    for seed in 0..12 {
+        let mut random = Random(seed);
+        let middle = Point::from_fn(|_, _| random.range(0.3, 0.7));
+        let [a, b] = [0, 1].map(|_| rectangle_points(middle, random.direction(), 2.0));
+        assert_no_op_again(&before, &joined(a, b), Method::Snap);
+    }
+}
+
+/// F31 where a sweep is curved within a cell and nothing snaps.
+#[test]
+#[ignore = "subdivide does not settle within its passes on finely curved sweeps: the second time opens up to 2e-3 m2"]
+fn f31_a_small_sphere_twice() {
+    let before = shaken_box(4, 0.25, 11);
+    for seed in 0..12 {
+        let mut random = Random(seed);
+        let middle = Point::from_fn(|_, _| random.range(0.3, 0.7));
+        assert_no_op_again(&before, &sphere(middle, random.range(0.05, 0.25)), Method::Subdivide);
     }
 }
 
