@@ -11,9 +11,9 @@ use plotters::style::{FontStyle, register_font};
 use crate::ValidationError;
 
 /// Pixels of one panel.
-const PANEL: (u32, u32) = (620, 430);
+const PANEL: (u32, u32) = (800, 430);
 
-/// Colours that stay apart for most eyes (Okabe and Ito 2008), one a series.
+/// Colours that stay apart for most eyes (Okabe and Ito 2008).
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -30,6 +30,10 @@ const COLORS: [RGBColor; 8] = [
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
+    /// Number of its colour, from zero; there are eight.
+    pub color: usize,
+    /// Marked by rings instead of dots, and thinner lines.
+    pub open: bool,
     /// Places and values.
     pub points: Vec<(f64, f64)>,
 }
@@ -54,8 +58,7 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
-/// Writes panels side by side, `columns` in a row, as `PATH.svg` and `PATH.png`; the legend stands in the first panel's
-/// series order under the last one.
+/// Writes panels side by side, `columns` in a row, as `PATH.svg` and `PATH.png`; the legend stands below.
 ///
 /// # Errors
 /// [`ValidationError::Chart`] if a file cannot be written.
@@ -87,55 +90,60 @@ fn register_the_font() {
     });
 }
 
-fn names_of(panels: &[Panel]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
+/// The first series of each name.
+fn legend_of(panels: &[Panel]) -> Vec<&Series> {
+    let mut out: Vec<&Series> = Vec::new();
     for s in panels.iter().flat_map(|p| &p.series) {
-        if !names.contains(&s.name) {
-            names.push(s.name.clone());
+        if !out.iter().any(|o| o.name == s.name) {
+            out.push(s);
         }
     }
-    names
+    out
 }
 
 /// Names of a legend side by side in one line.
 const LEGEND_COLUMNS: usize = 4;
 
 fn legend_height(panels: &[Panel]) -> u32 {
-    24 * names_of(panels).len().div_ceil(LEGEND_COLUMNS) as u32 + 12
+    24 * legend_of(panels).len().div_ceil(LEGEND_COLUMNS) as u32 + 12
 }
 
 fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panels: &[Panel],
     [rows, columns]: [usize; 2],
-    legend: u32,
+    below: u32,
 ) -> Result<(), String> {
     let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
     area.fill(&WHITE).map_err(text)?;
     let (width, height) = area.dim_in_pixel();
-    let (charts, below) = area.split_vertically(height.saturating_sub(legend));
-    let names = names_of(panels);
+    let (charts, below) = area.split_vertically(height.saturating_sub(below));
+    let legend = legend_of(panels);
     for (panel, area) in panels.iter().zip(charts.split_evenly((rows, columns))) {
-        draw_panel(&area, panel, &names).map_err(text)?;
+        draw_panel(&area, panel, &legend).map_err(text)?;
     }
-    for (k, name) in names.iter().enumerate() {
+    for (k, series) in legend.iter().enumerate() {
         let x = (width as usize / LEGEND_COLUMNS * (k % LEGEND_COLUMNS)) as i32 + 24;
         let y = 24 * (k / LEGEND_COLUMNS) as i32 + 12;
-        below.draw(&mark((x, y), k)).map_err(text)?;
+        below.draw(&mark((x, y), series)).map_err(text)?;
         let place = (x + 12, y - 8);
         below
-            .draw(&Text::new(name.clone(), place, ("sans-serif", 16)))
+            .draw(&Text::new(series.name.clone(), place, ("sans-serif", 16)))
             .map_err(text)?;
     }
     area.present().map_err(text)
 }
 
-fn color(k: usize) -> RGBColor {
-    COLORS[k % COLORS.len()]
+fn color(series: &Series) -> RGBColor {
+    COLORS[series.color % COLORS.len()]
 }
 
-fn mark<C>(place: C, k: usize) -> Circle<C, i32> {
-    Circle::new(place, 5, color(k).filled())
+fn mark<C>(place: C, series: &Series) -> Circle<C, i32> {
+    let color = color(series);
+    match series.open {
+        true => Circle::new(place, 5, color.stroke_width(2)),
+        false => Circle::new(place, 5, color.filled()),
+    }
 }
 
 fn shown(value: f64) -> bool {
@@ -162,7 +170,7 @@ fn tick(value: &f64) -> String {
 fn draw_panel<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panel: &Panel,
-    names: &[String],
+    legend: &[&Series],
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let up = decades(panel.series.iter().flat_map(|s| &s.points).map(|p| p.1)).unwrap_or(0.1..1.0);
     let mut builder = ChartBuilder::on(area);
@@ -171,7 +179,6 @@ fn draw_panel<B: DrawingBackend>(
         .caption(&panel.title, ("sans-serif", 19))
         .x_label_area_size(42)
         .y_label_area_size(62);
-    let place = |name: &String| names.iter().position(|n| n == name).unwrap_or(0);
     let grid = RGBColor(225, 225, 225);
     match &panel.across {
         Across::Log(title) => {
@@ -188,8 +195,9 @@ fn draw_panel<B: DrawingBackend>(
                 .draw()?;
             for s in &panel.series {
                 let points: Vec<(f64, f64)> = s.points.iter().copied().filter(|p| shown(p.1)).collect();
-                chart.draw_series([PathElement::new(points.clone(), color(place(&s.name)).stroke_width(2))])?;
-                chart.draw_series(points.into_iter().map(|p| mark(p, place(&s.name))))?;
+                let width = if s.open { 1 } else { 2 };
+                chart.draw_series([PathElement::new(points.clone(), color(s).stroke_width(width))])?;
+                chart.draw_series(points.into_iter().map(|p| mark(p, s)))?;
             }
         }
         Across::Names(columns) => {
@@ -206,13 +214,14 @@ fn draw_panel<B: DrawingBackend>(
                 .x_labels(4 * columns.len() + 1)
                 .x_label_formatter(&named)
                 .y_label_formatter(&tick)
-                .label_style(("sans-serif", 15))
+                .label_style(("sans-serif", 14))
                 .draw()?;
             for s in &panel.series {
                 // side by side, so that equal values do not hide each other
-                let shift = 0.08 * (place(&s.name) as f64 - (names.len() as f64 - 1.0) / 2.0);
+                let place = legend.iter().position(|l| l.name == s.name).unwrap_or(0);
+                let shift = 0.08 * (place as f64 - (legend.len() as f64 - 1.0) / 2.0);
                 let points = s.points.iter().filter(|p| shown(p.1)).map(|p| (p.0 + shift, p.1));
-                chart.draw_series(points.map(|p| mark(p, place(&s.name))))?;
+                chart.draw_series(points.map(|p| mark(p, s)))?;
             }
         }
     }
@@ -226,10 +235,14 @@ mod tests {
     fn panels() -> Vec<Panel> {
         let line = |name: &str, factor: f64| Series {
             name: name.into(),
+            color: 0,
+            open: false,
             points: [1e-3, 1e-2, 0.1].map(|x| (x, factor / x)).to_vec(),
         };
         let dots = Series {
             name: "second".into(),
+            color: 1,
+            open: true,
             points: vec![(0.0, 3.0), (1.0, 0.0), (1.0, f64::INFINITY)],
         };
         vec![
