@@ -3,10 +3,11 @@
 //! Ratios are between figures of the same run; times on their own are printed for orientation only. One thread. Names of
 //! sections (`-- local f1`) choose what is run.
 
+use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::time::Instant;
 
-use kerfem_cutting::{CutOptions, CutOutcome, Sweep, cut};
+use kerfem_cutting::{CutOptions, CutOutcome, Method, Sweep, cut};
 use kerfem_engine::{Scene, Simulation};
 use kerfem_fem::{
     Assembler, BlockMatrix, LinearSolver, Material, Model, PreconditionerKind, SolverKind, SolverOptions, Tangent,
@@ -117,6 +118,7 @@ fn blade(x: f64, y: f64, z: f64, half: f64) -> Sweep {
 
 struct Local {
     cells: usize,
+    removed: usize,
     touched: Touched,
     tree_nodes: usize,
     allocations: u64,
@@ -126,43 +128,43 @@ struct Local {
     assembly: f64,
 }
 
-fn cut_and_follow(mesh: &mut TetMesh, tree: &mut BoxTree, sweep: &Sweep) -> (CutOutcome, usize) {
+fn cut_and_follow(mesh: &mut TetMesh, tree: &mut BoxTree, sweep: &Sweep, options: &CutOptions) -> (CutOutcome, usize) {
     let positions = mesh.rest_positions().to_vec();
-    let outcome = cut(mesh, tree, &positions, sweep, &CutOptions::default()).expect("a good sweep");
-    let mut nodes = outcome.report.tree_nodes;
-    for c in &outcome.change.cells_added {
-        nodes += tree.insert(c.id.0, Some(c.parent.0), |i| cell_box(mesh, i)).0;
-    }
-    for c in &outcome.change.cells_removed {
-        nodes += tree.remove(c.id.0, |i| cell_box(mesh, i)).0;
-    }
+    let outcome = cut(mesh, tree, &positions, sweep, options).expect("a good sweep");
+    let nodes = outcome.report.tree_nodes + follow_tree(mesh, tree, &outcome);
     (outcome, nodes)
 }
 
-fn local(n: usize) -> Local {
+/// Brings the tree after a cut; the nodes touched.
+fn follow_tree(mesh: &TetMesh, tree: &mut BoxTree, outcome: &CutOutcome) -> usize {
+    let (change, mut nodes) = (&outcome.change, 0);
+    for c in &change.cells_added {
+        nodes += tree.insert(c.id.0, Some(c.parent.0), |i| cell_box(mesh, i)).0;
+    }
+    for c in &change.cells_removed {
+        nodes += tree.remove(c.id.0, |i| cell_box(mesh, i)).0;
+    }
+    let added: BTreeSet<CellId> = change.cells_added.iter().map(|c| c.id).collect();
+    let around = change.vertices_moved.iter().flat_map(|v| mesh.cells_of_vertex(v.id));
+    for c in around.filter(|c| !added.contains(c)).collect::<BTreeSet<_>>() {
+        nodes += tree.update(c.0, |i| cell_box(mesh, i)).0;
+    }
+    nodes
+}
+
+fn local(n: usize, method: Method) -> Local {
+    let options = CutOptions::of(method);
     let mut mesh = generate::box_tets([n as f64; 3], [n; 3], [0.0; 3]);
     let (assembly, mut assembler) = seconds(|| Assembler::new(&mesh, |_| steel_free_material()).expect("a good mesh"));
     let mut tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
     let middle = n as f64 / 2.0;
     // the first update makes room in the arrays, amortised and counted apart
-    let (first, _) = cut_and_follow(&mut mesh, &mut tree, &blade(3.4, 3.4, 3.37, 1.2));
+    let (first, _) = cut_and_follow(&mut mesh, &mut tree, &blade(3.4, 3.4, 3.37, 1.2), &options);
     assembler.update(&mesh, &first.change).expect("a good change");
     let sweep = blade(middle.floor() + 0.4, middle.floor() + 0.4, middle.floor() + 0.37, 1.7);
-    let mut outcome = CutOutcome::default();
-    let mut tree_nodes = 0;
     let positions = mesh.rest_positions().to_vec();
-    let cut_seconds = {
-        let (s, out) = seconds(|| cut(&mut mesh, &tree, &positions, &sweep, &CutOptions::default()).expect("good"));
-        outcome.change = out.change;
-        tree_nodes += out.report.tree_nodes;
-        s
-    };
-    for c in &outcome.change.cells_added {
-        tree_nodes += tree.insert(c.id.0, Some(c.parent.0), |i| cell_box(&mesh, i)).0;
-    }
-    for c in &outcome.change.cells_removed {
-        tree_nodes += tree.remove(c.id.0, |i| cell_box(&mesh, i)).0;
-    }
+    let (cut_seconds, outcome) = seconds(|| cut(&mut mesh, &tree, &positions, &sweep, &options).expect("good"));
+    let tree_nodes = outcome.report.tree_nodes + follow_tree(&mesh, &mut tree, &outcome);
     let mut touched = Touched::default();
     let mut cold = 0.0;
     let counted = allocation_counter::measure(|| {
@@ -177,6 +179,7 @@ fn local(n: usize) -> Local {
     assert_eq!(assembler.verify(&mesh).stiffness_max_relative_difference, 0.0);
     Local {
         cells: mesh.num_cells(),
+        removed: outcome.change.cells_removed.len(),
         touched,
         tree_nodes,
         allocations: counted.count_total,
@@ -188,11 +191,16 @@ fn local(n: usize) -> Local {
 }
 
 fn local_update(table: &mut Table) {
-    let small = local(12);
-    let large = local(55);
+    for (name, method) in Method::NAMES {
+        local_update_by(name, method, table);
+    }
+}
+
+fn local_update_by(method_name: &str, method: Method, table: &mut Table) {
+    let (small, large) = (local(12, method), local(55, method));
     for l in [&small, &large] {
         println!(
-            "{} cells: assembly {:.4} s; the same cut {:.2} ms, {} tree nodes; update of K and M: {} rows, {} cells, {} allocations, {:.3} ms cold, {:.3} ms warm",
+            "{method_name}, {} cells: assembly {:.4} s; the same cut {:.2} ms, {} tree nodes; update of K and M: {} rows, {} cells, {} allocations, {:.3} ms cold, {:.3} ms warm",
             l.cells,
             l.assembly,
             1e3 * l.cut,
@@ -204,36 +212,23 @@ fn local_update(table: &mut Table) {
             1e3 * l.warm
         );
     }
-    let name = format!("{} against {} cells", large.cells, small.cells);
-    let ratio = |f: fn(&Local) -> f64| f(&large) / f(&small);
-    table.add(
-        format!("rows touched by the same cut, {name}"),
-        ratio(|l| l.touched.rows as f64),
+    let name = format!("{method_name}, {} against {} cells", large.cells, small.cells);
+    let mut ratio = |what: &str, of: fn(&Local) -> f64, floor, aim| {
+        table.add(format!("{what}, {name}"), of(&large) / of(&small), floor, aim);
+    };
+    ratio("rows touched by the same cut", |l| l.touched.rows as f64, 1.2, 1.0);
+    ratio(
+        "cells removed and touched",
+        |l| (l.removed + l.touched.cells) as f64,
         1.2,
         1.0,
     );
+    ratio("tree nodes touched", |l| l.tree_nodes as f64, 1.2, 1.0);
+    ratio("allocations of the update", |l| l.allocations as f64, 1.2, 1.0);
+    ratio("time of the update, warm", |l| l.warm, 2.0, 1.2);
+    ratio("time of the update, cold", |l| l.cold, 2.0, 1.2);
     table.add(
-        format!("cells touched, {name}"),
-        ratio(|l| l.touched.cells as f64),
-        1.2,
-        1.0,
-    );
-    table.add(
-        format!("tree nodes touched, {name}"),
-        ratio(|l| l.tree_nodes as f64),
-        1.2,
-        1.0,
-    );
-    table.add(
-        format!("allocations of the update, {name}"),
-        ratio(|l| l.allocations as f64),
-        1.2,
-        1.0,
-    );
-    table.add(format!("time of the update, warm, {name}"), ratio(|l| l.warm), 2.0, 1.2);
-    table.add(format!("time of the update, cold, {name}"), ratio(|l| l.cold), 2.0, 1.2);
-    table.add(
-        "local update against assembly (cold, large mesh)",
+        format!("local update against assembly (cold, large mesh), {method_name}"),
         large.cold / large.assembly,
         1.0,
         0.01,
@@ -443,7 +438,8 @@ fn conditioning_after_a_cut(table: &mut Table) {
         let mut mesh = before.clone();
         let mut tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
         if let Some(eps) = eps {
-            cut_and_follow(&mut mesh, &mut tree, &blade(0.5, 0.5, 0.5 + eps / 8.0, 0.7));
+            let sweep = blade(0.5, 0.5, 0.5 + eps / 8.0, 0.7);
+            cut_and_follow(&mut mesh, &mut tree, &sweep, &CutOptions::default());
         }
         // a load without any symmetry: on a symmetric one CG does not see half of the spectrum
         let waves = |i: usize| (12.9898 * i as f64).sin() + (78.233 * i as f64).cos();
