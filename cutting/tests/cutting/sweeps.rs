@@ -135,7 +135,7 @@ pub(crate) fn random_sweep(mesh: &TetMesh, positions: &[Point], random: &mut Ran
     }
 }
 
-fn rectangle_points(center: Point, normal: Point, a: f64) -> Vec<Point> {
+pub(crate) fn rectangle_points(center: Point, normal: Point, a: f64) -> Vec<Point> {
     let u = normal
         .cross(&if normal.x.abs() < 0.7 { Point::x() } else { Point::y() })
         .normalize();
@@ -146,7 +146,7 @@ fn rectangle_points(center: Point, normal: Point, a: f64) -> Vec<Point> {
 }
 
 /// Two quadrilaterals as one sweep.
-fn joined(mut a: Vec<Point>, b: Vec<Point>) -> Sweep {
+pub(crate) fn joined(mut a: Vec<Point>, b: Vec<Point>) -> Sweep {
     a.extend(b);
     sweep_of(a, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
 }
@@ -165,7 +165,7 @@ fn curved(c: Point, n: Point, random: &mut Random) -> Sweep {
     })
 }
 
-fn sphere(c: Point, radius: f64) -> Sweep {
+pub(crate) fn sphere(c: Point, radius: f64) -> Sweep {
     surface(12, |s, t| {
         let (a, b) = (std::f64::consts::TAU * s, std::f64::consts::PI * t);
         c + Point::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos()) * radius
