@@ -185,7 +185,9 @@ fn yu_gu(text: &mut String) -> Result<(), Failure> {
     ] {
         writeln!(text, "| {shape} | {row} | | | | {} |", values.map(show).join(" | "))?;
     }
-    let paper: [(&str, [usize; 3], usize, f64, f64, f64); 5] = [
+    // body, boxes, tets before, and what the paper has
+    type Row = (&'static str, [usize; 3], usize, f64, f64, f64);
+    let paper: [Row; 5] = [
         ("CUBE", [5, 5, 5], 1, 750., 1300., 1300.),
         ("CUBE 2", [5, 5, 5], 3, 750., 3840., 2418.),
         ("MEAT", [8, 8, 4], 1, 1527., 2578., 2007.),
