@@ -13,6 +13,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use kerfem_mesh::nearest::{on_segment, on_triangle};
+use kerfem_mesh::predicates::contains;
 use kerfem_mesh::{Aabb, BoxTree, CellId, FacetLabel, FacetSide, Point, SimplexMesh, VertexId};
 use serde::{Deserialize, Serialize};
 
@@ -578,11 +579,7 @@ fn is_inside<const N: usize>(mesh: &SimplexMesh<N>, tree: &BoxTree, positions: &
     let mut inside = false;
     tree.query(&Aabb::around([*p]), |c| {
         let corners = mesh.cell(CellId(c)).map(|v| positions[v.index()]);
-        inside |= (0..N).all(|k| {
-            let mut with = corners;
-            with[k] = *p;
-            kerfem_mesh::predicates::orientation(&with) >= 0.0
-        });
+        inside |= contains(&corners, *p);
     });
     inside
 }

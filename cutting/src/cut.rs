@@ -147,9 +147,7 @@ impl CutOptions {
             operations: usize::MAX,
         }
     }
-}
 
-impl CutOptions {
     fn check<const N: usize>(&self) -> Result<(), CutError> {
         if !(0.0..=0.45).contains(&self.snap) {
             return Err(CutError::BadSnap { value: self.snap });
@@ -414,24 +412,21 @@ fn pass<const N: usize>(
             separate::open_pinched(ws, left);
             return Ok(false);
         }
-        Method::Subdivide if !improves => place(ws, piece, RESOLUTION, RESOLUTION),
-        Method::Hybrid => place(ws, piece, snap, present),
+        Method::Subdivide if !improves => place(ws, piece, RESOLUTION, Rule::SnapWithin(RESOLUTION), RESOLUTION),
+        Method::Hybrid => place(ws, piece, snap, Rule::SnapWithin(snap), present),
         Method::Subdivide | Method::Collapse | Method::Merge => {
-            sheet::take_present(ws, piece, present);
-            front::place(ws, piece, snap);
-            sheet::open(ws, piece, Rule::SplitBeyond(snap), present);
+            place(ws, piece, snap, Rule::SplitBeyond(snap), present);
         }
         Method::Snap => {
             sheet::take_present(ws, piece, snap);
             sheet::open(ws, piece, Rule::SnapAlways, snap);
         }
     }
-    let opens = mark(ws, piece, snap)?;
-    if !opens {
+    if !mark(ws, piece, snap)? {
         ws.restore(save);
         return Ok(false);
     }
-    let splits = !matches!(options.method, Method::Delete | Method::Snap);
+    let splits = options.method != Method::Snap;
     let least = if options.method == Method::Subdivide { 0.0 } else { snap };
     if splits {
         unlock::split_locked(ws, least);
@@ -460,12 +455,12 @@ const RESOLUTION: f64 = 1e-5;
 /// Edges put in by then may cross a curved sweep that near beside the vertex, and must not be cut again.
 const PRESENT: f64 = 0.2;
 
-/// Puts vertices along the piece: those nearer than the fraction `snap` of their local size are snapped, other crossed edges
-/// are split.
-fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64, present: f64) {
+/// Puts vertices along the piece: at its front, where those nearer than the fraction `snap` of their local size are snapped,
+/// then where it crosses edges, by a rule.
+fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64, rule: Rule, present: f64) {
     sheet::take_present(ws, piece, present);
     front::place(ws, piece, snap);
-    sheet::open(ws, piece, Rule::SnapWithin(snap), present);
+    sheet::open(ws, piece, rule, present);
 }
 
 fn mark<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<bool, Refusal> {

@@ -6,12 +6,12 @@
 //! these vertices; none of them is doubled, because the cells around it stay connected ahead of the front.
 
 use kerfem_mesh::nearest::{on_segment, on_triangle};
-use kerfem_mesh::{CellId, FacetSide, Point, VertexId, predicates::orientation, quality};
+use kerfem_mesh::{FacetSide, Point, VertexId, predicates::contains};
 
 use crate::snap;
 use crate::split;
 use crate::sweep::Piece;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, barycentric};
 
 /// A facet that several border segments pierce needs one round for each.
 const ROUNDS: usize = 8;
@@ -161,7 +161,12 @@ fn insert<const N: usize>(ws: &mut Workspace<'_, N>, x: &Piercing, snap: f64) {
 /// Puts a vertex at a corner of the border, if it lies in the body: one that is closer than `d`, else one on a facet or edge
 /// that is, else one inside the cell.
 fn place_corner<const N: usize>(ws: &mut Workspace<'_, N>, corner: Point, snap: f64) {
-    let Some(cell) = ws.region.iter().copied().find(|c| contains(ws, *c, corner)) else {
+    let Some(cell) = ws
+        .region
+        .iter()
+        .copied()
+        .find(|c| contains(&ws.cell_positions(*c), corner))
+    else {
         return;
     };
     let mut corners = ws.mesh().cell(cell);
@@ -208,24 +213,9 @@ fn place_corner<const N: usize>(ws: &mut Workspace<'_, N>, corner: Point, snap: 
         return;
     }
     let corners = ws.mesh().cell(cell);
-    let p = corners.map(|v| ws.position(v));
-    let volume = quality::cell_volume(&p);
-    let weights = std::array::from_fn(|k| {
-        let mut q = p;
-        q[k] = corner;
-        quality::cell_volume(&q) / volume
-    });
+    let weights = barycentric(&corners.map(|v| ws.position(v)), corner);
     let v = split::split_cell(ws, cell, weights);
     ws.take(v, true);
-}
-
-fn contains<const N: usize>(ws: &Workspace<'_, N>, c: CellId, p: Point) -> bool {
-    let corners = ws.cell_positions(c);
-    (0..N).all(|k| {
-        let mut with = corners;
-        with[k] = p;
-        orientation(&with) >= 0.0
-    })
 }
 
 /// Barycentric weights of a point of a triangle.

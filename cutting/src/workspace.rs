@@ -339,13 +339,14 @@ impl<'a, const N: usize> Workspace<'a, N> {
         rest.min(quality::radius_ratio(&places.map(|p| p.1)))
     }
 
+    /// Radius ratio of a cell, at rest or in the cutting frame, whichever is worse.
+    pub(crate) fn quality(&self, c: CellId) -> f64 {
+        self.quality_with(&self.mesh().cell(c), None)
+    }
+
     /// Worst radius ratio of some cells, at rest and in the cutting frame.
     pub(crate) fn worst_quality(&self, cells: &[CellId]) -> f64 {
-        let of = |c: &CellId| {
-            let rest = quality::radius_ratio(&self.mesh().cell_rest_positions(*c));
-            rest.min(quality::radius_ratio(&self.cell_positions(*c)))
-        };
-        cells.iter().map(of).fold(f64::INFINITY, f64::min)
+        cells.iter().map(|c| self.quality(*c)).fold(f64::INFINITY, f64::min)
     }
 
     /// A state to return to.

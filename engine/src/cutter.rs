@@ -94,9 +94,7 @@ impl Cutter {
         }
         nodes
     }
-}
 
-impl Cutter {
     /// What a blade sweeps on its way to `line`, in the frame of the last [`Self::prepare`].
     pub(crate) fn sweep_of<const N: usize>(
         &self,

@@ -376,13 +376,10 @@ impl<const N: usize> Simulation<N> {
     ) -> Result<CutRecord, EngineError> {
         let audit = self.audit_before(options.method);
         let clock = Instant::now();
-        let (regions, loads, fixed) = (&self.regions, &self.loads, &self.fixed);
-        let borders = Borders {
-            cell_group: &|c| u64::from(regions[c.index()]),
-            facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
-            vertex_group: &|v| u64::from(loads.on_vertex(v) || fixed.holds(v)),
-        };
-        let outcome = self.cutter.cut(&mut self.mesh, sweep, options, borders)?;
+        let (cutter, mesh) = (&mut self.cutter, &mut self.mesh);
+        let outcome = with_borders(&self.regions, &self.loads, &self.fixed, |borders| {
+            cutter.cut(mesh, sweep, options, borders)
+        })?;
         let cut_seconds = clock.elapsed().as_secs_f64();
         let followed = self.follow(&outcome.change)?;
         let mut record = pending::record(self.state.time, options.method, &outcome);
@@ -431,15 +428,10 @@ impl<const N: usize> Simulation<N> {
         let mut backlog = self.backlog.remove(0);
         let clock = Instant::now();
         self.cutter.prepare(&self.mesh, &self.state.u, backlog.frame);
-        let (regions, loads, fixed) = (&self.regions, &self.loads, &self.fixed);
-        let borders = Borders {
-            cell_group: &|c| u64::from(regions[c.index()]),
-            facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
-            vertex_group: &|v| u64::from(loads.on_vertex(v) || fixed.holds(v)),
-        };
-        let outcome = self
-            .cutter
-            .improve(&mut self.mesh, &backlog.cells, &backlog.options, borders)?;
+        let (cutter, mesh) = (&mut self.cutter, &mut self.mesh);
+        let outcome = with_borders(&self.regions, &self.loads, &self.fixed, |borders| {
+            cutter.improve(mesh, &backlog.cells, &backlog.options, borders)
+        })?;
         self.seconds.cut += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
         self.follow(&outcome.change)?;
@@ -600,6 +592,20 @@ impl<const N: usize> Simulation<N> {
             reason: reason.into(),
         }
     }
+}
+
+/// Does something within the borders that materials and conditions draw.
+fn with_borders<R, const N: usize>(
+    regions: &[u32],
+    loads: &Loads,
+    fixed: &FixedDofs<N>,
+    act: impl FnOnce(Borders<'_>) -> R,
+) -> R {
+    act(Borders {
+        cell_group: &|c| u64::from(regions[c.index()]),
+        facet_group: &|label, corners| loads.on_facet(label) << 3 | fixed.on_facet(corners),
+        vertex_group: &|v| u64::from(loads.on_vertex(v) || fixed.holds(v)),
+    })
 }
 
 /// Bad cells that a cut has left over because the operations it was allowed were used up.

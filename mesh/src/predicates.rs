@@ -27,6 +27,15 @@ pub fn orient2d(a: Point, b: Point, c: Point) -> f64 {
     robust::orient2d(flat(a), flat(b), flat(c))
 }
 
+/// Whether a point lies in a positively oriented cell, or on one of its facets. Exact.
+pub fn contains<const N: usize>(cell: &[Point; N], p: Point) -> bool {
+    (0..N).all(|k| {
+        let mut with = *cell;
+        with[k] = p;
+        orientation(&with) >= 0.0
+    })
+}
+
 /// Orientation of a cell: [`orient3d`] of a tetrahedron, [`orient2d`] of a planar triangle. Exact sign.
 #[inline]
 pub fn orientation<const N: usize>(p: &[Point; N]) -> f64 {

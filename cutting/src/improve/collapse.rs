@@ -2,7 +2,7 @@
 
 use kerfem_mesh::{CellId, FacetKey, VertexId};
 
-use super::hold::{Freedom, Hold, Seam, keeps_front, keeps_sheet, places, worst};
+use super::hold::{Freedom, Hold, keeps_front, keeps_sheet, places};
 use super::{FLAT, Limits, link};
 use crate::snap::keeps_boundary;
 use crate::workspace::Workspace;
@@ -17,7 +17,7 @@ pub(super) fn collapse<const N: usize>(
     wanted: Option<f64>,
 ) -> Option<Vec<CellId>> {
     let star = ws.mesh().cells_of_vertex(a).to_vec();
-    let wanted = wanted.unwrap_or_else(|| worst(ws, &star)).max(FLAT);
+    let wanted = wanted.unwrap_or_else(|| ws.worst_quality(&star)).max(FLAT);
     let onto = |v: VertexId| if v == a { b } else { v };
     let new: Vec<[VertexId; N]> = (star.iter().map(|c| ws.mesh().cell(*c)))
         .filter(|corners| !corners.contains(&b))
@@ -41,16 +41,10 @@ pub(super) fn collapse<const N: usize>(
             return None;
         }
     }
-    let front: Vec<VertexId> = (hold.seam.iter())
-        .filter(|(_, what)| *what == Seam::Front)
-        .map(|(end, _)| *end)
-        .collect();
-    if !front.is_empty() {
+    if hold.front().next().is_some() {
         let from = |v: VertexId| {
-            front
-                .iter()
-                .map(|w| [ws.position(v), ws.position(*w)])
-                .collect::<Vec<_>>()
+            let edges = hold.front().map(|w| [ws.position(v), ws.position(w)]);
+            edges.collect::<Vec<_>>()
         };
         if !keeps_front(limits, &from(a), &from(b), ws.mesh().local_size(a)) {
             return None;

@@ -3,7 +3,8 @@
 use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId};
 
 use super::Limits;
-use crate::workspace::{TINY, Workspace, facet_of};
+use crate::snap::parents_within;
+use crate::workspace::{Place, TINY, Workspace, facet_of};
 
 /// Cosine of the angle between the normals of two boundary facets beyond which they are the two lips of a cut that ends at
 /// the vertex (or of a body without thickness).
@@ -76,6 +77,32 @@ impl Hold {
         Hold { boundary, sheet, seam }
     }
 
+    /// What holds a vertex, and how it may move: `None` if it must stay, also for the sake of materials and conditions.
+    pub(super) fn of_movable<const N: usize>(ws: &Workspace<'_, N>, v: VertexId) -> Option<(Hold, Freedom)> {
+        let hold = Hold::of(ws, v);
+        let freedom = hold.freedom(ws);
+        (freedom != Freedom::None && !ws.is_held(v) && ws.may_move(v)).then_some((hold, freedom))
+    }
+
+    /// Other ends of the edges in which the sheet ends inside the body.
+    pub(super) fn front(&self) -> impl Iterator<Item = VertexId> + '_ {
+        let front = self.seam.iter().filter(|(_, what)| *what == Seam::Front);
+        front.map(|(end, _)| *end)
+    }
+
+    /// Other ends of the edges along which a vertex `v` that keeps to the boundary or to a seam may slide, ascending.
+    pub(super) fn ways<const N: usize>(&self, ws: &Workspace<'_, N>, v: VertexId, freedom: Freedom) -> Vec<VertexId> {
+        let mut ends: Vec<VertexId> = match freedom {
+            Freedom::Seam => self.seam.iter().map(|(w, _)| *w).collect(),
+            Freedom::Boundary => self.boundary.iter().flat_map(|s| ws.mesh().facet_corners(*s)).collect(),
+            Freedom::Inside | Freedom::Sheet | Freedom::None => Vec::new(),
+        };
+        ends.retain(|w| *w != v);
+        ends.sort_unstable();
+        ends.dedup();
+        ends
+    }
+
     pub(super) fn freedom<const N: usize>(&self, ws: &Workspace<'_, N>) -> Freedom {
         let normals = || self.boundary.iter().map(|s| ws.mesh().facet_normal(*s).normalize());
         let is_tip = || {
@@ -93,6 +120,22 @@ impl Hold {
             (false, false) => Freedom::None,
         }
     }
+}
+
+/// A place near `target` (cutting frame) for a vertex with the cells `star` that is free inside the body or on the sheet: there
+/// the nearest point of the sweep. `None` if no cell of the star holds it.
+pub(super) fn place_at<const N: usize>(
+    ws: &Workspace<'_, N>,
+    limits: &Limits<'_>,
+    star: &[CellId],
+    freedom: Freedom,
+    target: Point,
+) -> Option<Place> {
+    let now = match (freedom, limits.piece) {
+        (Freedom::Sheet, Some(piece)) => piece.nearest(&target).point,
+        _ => target,
+    };
+    Some(Place::of(ws, parents_within(ws, star, now)?))
 }
 
 /// The corners of a facet other than `v`.
@@ -144,10 +187,4 @@ pub(super) fn places<const N: usize>(
         _ => ws.position(VertexId(v)),
     };
     facets.iter().map(|f| f.0.map(at)).collect()
-}
-
-/// The worst of some cells.
-pub(super) fn worst<const N: usize>(ws: &Workspace<'_, N>, cells: &[CellId]) -> f64 {
-    let of = |c: &CellId| ws.quality_with(&ws.mesh().cell(*c), None);
-    cells.iter().map(of).fold(f64::INFINITY, f64::min)
 }

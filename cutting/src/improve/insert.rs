@@ -4,7 +4,6 @@
 use kerfem_mesh::{CellId, Point, VertexId};
 
 use super::FLAT;
-use super::hold::worst;
 use crate::snap::parents_within;
 use crate::workspace::{Place, Workspace, facet_of};
 
@@ -37,7 +36,7 @@ pub(super) fn insert<const N: usize>(ws: &mut Workspace<'_, N>, [a, b]: [VertexI
     if !ws.are_of_one_group(&cells) {
         return None;
     }
-    let wanted = (worst(ws, &cells) * (1.0 + GAIN)).max(FLAT);
+    let wanted = (ws.worst_quality(&cells) * (1.0 + GAIN)).max(FLAT);
     let quality = |place: &Place| {
         let of = |corners: &[VertexId; N]| ws.quality_with(corners, Some((corners[0], place)));
         hull.iter().map(of).fold(f64::INFINITY, f64::min)

@@ -155,7 +155,7 @@ impl Queue {
 impl Bad {
     fn is<const N: usize>(&self, ws: &Workspace<'_, N>, c: CellId) -> bool {
         match *self {
-            Bad::Below(wanted) => ws.quality_with(&ws.mesh().cell(c), None) < wanted,
+            Bad::Below(wanted) => ws.quality(c) < wanted,
             Bad::Uneven { aspect, edges } => {
                 let p = ws.mesh().cell_rest_positions(c);
                 let lengths = quality::edge_lengths(&p);
@@ -236,7 +236,7 @@ fn compound<const N: usize>(
     c: CellId,
     edge: [VertexId; 2],
 ) -> Option<Vec<CellId>> {
-    let own = ws.quality_with(&ws.mesh().cell(c), None);
+    let own = ws.quality(c);
     let wanted = own * (1.0 + GAIN);
     [edge, [edge[1], edge[0]]].into_iter().find_map(|edge| {
         let save = ws.savepoint();
@@ -244,9 +244,10 @@ fn compound<const N: usize>(
         let mut touched: BTreeSet<CellId> = made.into_iter().collect();
         for _ in 0..=REPAIRS {
             touched.retain(|c| ws.mesh().has_cell(*c));
-            let quality = |c: &CellId| ws.quality_with(&ws.mesh().cell(*c), None);
-            let worst = touched.iter().min_by(|a, b| quality(a).total_cmp(&quality(b)));
-            let Some(worst) = worst.copied().filter(|c| quality(c) <= wanted) else {
+            let worst = touched
+                .iter()
+                .min_by(|a, b| ws.quality(**a).total_cmp(&ws.quality(**b)));
+            let Some(worst) = worst.copied().filter(|c| ws.quality(*c) <= wanted) else {
                 return Some(touched.iter().copied().collect());
             };
             let edges = edges_by_length(ws, worst);

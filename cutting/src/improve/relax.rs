@@ -14,10 +14,9 @@ use std::collections::BTreeSet;
 
 use kerfem_mesh::{CellId, Point, VertexId};
 
-use super::hold::{Freedom, Hold};
+use super::hold::{Freedom, Hold, place_at};
 use super::smooth::keeps_surfaces;
 use super::{FLAT, Limits};
-use crate::snap::parents_within;
 use crate::workspace::{Place, Workspace};
 
 /// How far relaxation reaches, in edges.
@@ -52,11 +51,9 @@ pub(crate) fn relax<const N: usize>(ws: &mut Workspace<'_, N>, limits: &Limits<'
 }
 
 fn step<const N: usize>(ws: &mut Workspace<'_, N>, limits: &Limits<'_>, v: VertexId) -> bool {
-    let hold = Hold::of(ws, v);
-    let freedom = hold.freedom(ws);
-    if freedom == Freedom::None || ws.is_held(v) || !ws.may_move(v) {
+    let Some((hold, freedom)) = Hold::of_movable(ws, v) else {
         return false;
-    }
+    };
     let star = ws.mesh().cells_of_vertex(v).to_vec();
     let Some(place) = pushed(ws, limits, v, &star, &hold, freedom) else {
         return false;
@@ -98,28 +95,17 @@ fn pushed<const N: usize>(
         e / r * ((r - 1.0) + REPULSION * lennard_jones.max(-10.0))
     });
     let shift = force.sum::<Point>() * (SPEED * size / around.len().max(1) as f64);
-    let target = here + shift;
     match freedom {
         Freedom::None => None,
-        Freedom::Inside | Freedom::Sheet => {
-            let now = match (freedom, limits.piece) {
-                (Freedom::Sheet, Some(piece)) => piece.nearest(&target).point,
-                _ => target,
-            };
-            Some(Place::of(ws, parents_within(ws, star, now)?))
-        }
+        Freedom::Inside | Freedom::Sheet => place_at(ws, limits, star, freedom, here + shift),
         // along the edge of its surface that the force points along most
         Freedom::Boundary | Freedom::Seam => {
-            let ends: BTreeSet<VertexId> = match freedom {
-                Freedom::Seam => hold.seam.iter().map(|(w, _)| *w).collect(),
-                _ => hold.boundary.iter().flat_map(|s| ws.mesh().facet_corners(*s)).collect(),
-            };
             let along = |w: VertexId| {
                 let e = ws.position(w) - here;
                 (shift.dot(&e) / e.norm(), w)
             };
-            let best = ends.into_iter().filter(|w| *w != v).map(along);
-            let (length, w) = best.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
+            let all = hold.ways(ws, v, freedom).into_iter().map(along);
+            let (length, w) = all.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
             let t = (length / (ws.position(w) - here).norm()).min(0.5);
             if t <= 0.0 {
                 return None;

@@ -2,9 +2,9 @@
 
 use kerfem_mesh::{CellId, Point, VertexId};
 
-use super::hold::{Freedom, Hold, Seam, keeps_front, keeps_sheet, places, worst};
+use super::hold::{Freedom, Hold, keeps_front, keeps_sheet, place_at, places};
 use super::{FLAT, GAIN, Limits};
-use crate::snap::{keeps_boundary, parents_within};
+use crate::snap::keeps_boundary;
 use crate::workspace::{Place, Workspace};
 
 /// How far towards each target a vertex is tried.
@@ -21,15 +21,11 @@ pub(super) fn smooth<const N: usize>(
     limits: &Limits<'_>,
     v: VertexId,
 ) -> Option<Vec<CellId>> {
-    let hold = Hold::of(ws, v);
-    let freedom = hold.freedom(ws);
-    if freedom == Freedom::None || ws.is_held(v) || !ws.may_move(v) {
-        return None;
-    }
+    let (hold, freedom) = Hold::of_movable(ws, v)?;
     let star = ws.mesh().cells_of_vertex(v).to_vec();
     let mut moved = false;
     for _ in 0..ROUNDS {
-        let before = worst(ws, &star);
+        let before = ws.worst_quality(&star);
         let wanted = (before * (1.0 + GAIN)).max(FLAT);
         let mut better: Vec<(f64, Place)> = candidates(ws, limits, v, &star, &hold, freedom)
             .into_iter()
@@ -63,8 +59,7 @@ pub(super) fn keeps_surfaces<const N: usize>(
         keeps_sheet(limits, &old, &new, size)
     };
     let front = || {
-        let ends = hold.seam.iter().filter(|(_, what)| *what == Seam::Front);
-        let ends: Vec<Point> = ends.map(|(w, _)| ws.position(*w)).collect();
+        let ends: Vec<Point> = hold.front().map(|w| ws.position(w)).collect();
         let from = |p: Point| ends.iter().map(|q| [p, *q]).collect::<Vec<_>>();
         keeps_front(limits, &from(ws.position(v)), &from(place.now), size)
     };
@@ -92,31 +87,19 @@ fn candidates<const N: usize>(
     freedom: Freedom,
 ) -> Vec<Place> {
     let here = ws.position(v);
-    let between = |parents: Vec<(VertexId, f64)>| Place::of(ws, parents);
-    let along = |ends: &[VertexId]| {
-        let steps = ends.iter().flat_map(|w| FRACTIONS[1..].iter().map(move |t| (*w, *t)));
-        steps
-            .map(|(w, t)| between(vec![(v, 1.0 - t), (w, t)]))
-            .collect::<Vec<_>>()
-    };
     match freedom {
         Freedom::None => Vec::new(),
-        Freedom::Seam => along(&hold.seam.iter().map(|(w, _)| *w).collect::<Vec<_>>()),
-        Freedom::Boundary => {
-            let mut around: Vec<VertexId> = hold
-                .boundary
-                .iter()
-                .flat_map(|s| ws.mesh().facet_corners(*s))
-                .filter(|w| *w != v)
-                .collect();
-            around.sort_unstable();
-            around.dedup();
-            let mut out = along(&around);
-            let share = 1.0 / around.len().max(1) as f64;
-            out.extend(FRACTIONS.iter().map(|t| {
-                let others = around.iter().map(|w| (*w, t * share));
-                between([(v, 1.0 - t)].into_iter().chain(others).collect())
-            }));
+        Freedom::Seam | Freedom::Boundary => {
+            let ways = hold.ways(ws, v, freedom);
+            let steps = ways.iter().flat_map(|w| FRACTIONS[1..].iter().map(move |t| (*w, *t)));
+            let mut out: Vec<Place> = steps.map(|(w, t)| Place::of(ws, vec![(v, 1.0 - t), (w, t)])).collect();
+            if freedom == Freedom::Boundary {
+                let share = 1.0 / ways.len().max(1) as f64;
+                out.extend(FRACTIONS.iter().map(|t| {
+                    let others = ways.iter().map(|w| (*w, t * share));
+                    Place::of(ws, [(v, 1.0 - t)].into_iter().chain(others).collect())
+                }));
+            }
             out
         }
         Freedom::Inside | Freedom::Sheet => {
@@ -125,23 +108,17 @@ fn candidates<const N: usize>(
             let mut targets = vec![mean];
             targets.extend(away_from_worst(ws, v, star));
             targets.extend(around.iter().map(|w| here + (ws.position(*w) - here) * 0.5));
-            let nearest = |p: Point| match (freedom, limits.piece) {
-                (Freedom::Sheet, Some(piece)) => piece.nearest(&p).point,
-                _ => p,
-            };
             let steps = targets
                 .iter()
                 .flat_map(|target| FRACTIONS.iter().map(move |t| here + (target - here) * *t));
-            let place = |now: Point| Some(Place::of(ws, parents_within(ws, star, now)?));
-            steps.map(nearest).filter_map(place).collect()
+            steps.filter_map(|p| place_at(ws, limits, star, freedom, p)).collect()
         }
     }
 }
 
 /// Where the worst cell of a vertex would be about as high over its opposite facet as that is wide.
 fn away_from_worst<const N: usize>(ws: &Workspace<'_, N>, v: VertexId, star: &[CellId]) -> Option<Point> {
-    let quality = |c: &CellId| ws.quality_with(&ws.mesh().cell(*c), None);
-    let worst = star.iter().min_by(|a, b| quality(a).total_cmp(&quality(b)))?;
+    let worst = star.iter().min_by(|a, b| ws.quality(**a).total_cmp(&ws.quality(**b)))?;
     let corners = ws.mesh().cell(*worst);
     let local = corners.iter().position(|w| *w == v)? as u8;
     let side = kerfem_mesh::FacetSide { cell: *worst, local };

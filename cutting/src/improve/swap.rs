@@ -6,7 +6,7 @@
 use kerfem_mesh::predicates::orientation;
 use kerfem_mesh::{CellId, FacetKey, FacetLabel, FacetSide, VertexId};
 
-use super::hold::{keeps_sheet, places, worst};
+use super::hold::{keeps_sheet, places};
 use super::{FLAT, GAIN, Limits};
 use crate::snap::{is_in_plane, volume_of};
 use crate::workspace::{Workspace, facet_of};
@@ -45,7 +45,7 @@ pub(super) fn remove_edge<const N: usize>(
         [i, j] if ring.closed && j > i + 1 && j - i < ring.vertices.len() - 1 => Some([i, j]),
         _ => return None,
     };
-    let wanted = (worst(ws, &cells) * (1.0 + GAIN)).max(FLAT);
+    let wanted = (ws.worst_quality(&cells) * (1.0 + GAIN)).max(FLAT);
     let filling = fill(ws, [a, b], &ring, diagonal, wanted)?;
     let old = diagonal.map(|d| d.map(|i| key([a, b, corner(i)])));
     let new = diagonal.map(|[i, j]| [a, b].map(|end| key([corner(i), corner(j), end])));
@@ -75,7 +75,7 @@ pub(super) fn remove_facet<const N: usize>(ws: &mut Workspace<'_, N>, side: Face
     if has_edge(ws, d, e) {
         return None;
     }
-    let wanted = (worst(ws, &cells) * (1.0 + GAIN)).max(FLAT);
+    let wanted = (ws.worst_quality(&cells) * (1.0 + GAIN)).max(FLAT);
     // the normal of the facet points from d to e
     let f = ws.mesh().facet_corners(side);
     let new = [0, 1, 2].map(|k| {

@@ -1,8 +1,8 @@
 //! F1: a plane close to a layer of vertices must cost neither iterations nor the step of explicit schemes.
 
 use kerfem_cutting::{CutOptions, Method, Sweep, cut};
-use kerfem_fem::{LinearSolver, Material, PreconditionerKind, SolverKind, SolverOptions};
 use kerfem_mesh::{BoxTree, Point, TetMesh, generate};
+use kerfem_validation::conditioning::{jacobi_iterations, stable_step};
 
 /// What a mesh means for solvers.
 struct Cost {
@@ -13,41 +13,10 @@ struct Cost {
 }
 
 fn cost(mesh: &TetMesh) -> Cost {
-    let material = Material::new(1e7, 0.3, 1000.0).unwrap();
-    let assembler = kerfem_fem::Assembler::new(mesh, |_| material).unwrap();
-    let k = assembler.stiffness();
-    let n = 3 * mesh.vertex_slots();
-    let mut fixed = vec![false; n];
-    for v in mesh.vertex_ids() {
-        let x = mesh.rest_position(v).x;
-        fixed[3 * v.index()..][..3].fill(!(1e-9..1.0 - 1e-9).contains(&x));
-    }
-    // a load without any symmetry: on a symmetric one CG does not see half of the spectrum
-    let waves = |i: usize| (12.9898 * i as f64).sin() + (78.233 * i as f64).cos();
-    let f: Vec<f64> = (0..n).map(waves).collect();
-    let mut solver = LinearSolver::new(SolverOptions {
-        kind: SolverKind::Cg,
-        preconditioner: PreconditionerKind::Jacobi,
-        tolerance: 1e-8,
-        max_iterations: 100_000,
-    });
-    let info = solver.solve(k, &fixed, &f, &mut vec![0.0; n]).unwrap();
-    assert!(info.converged);
-    // power iteration on M^-1 K
-    let mass = |i: usize| assembler.lumped_mass()[i / 3];
-    let (mut x, mut y, mut largest) = (f, vec![0.0; n], 0.0);
-    for _ in 0..300 {
-        k.multiply(&x, &mut y);
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = if fixed[i] || mass(i) == 0.0 { 0.0 } else { *y / mass(i) };
-        }
-        let size = y.iter().map(|y| y * y).sum::<f64>().sqrt();
-        largest = size / x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        x = y.iter().map(|y| y / size).collect();
-    }
+    let held = |p: Point| !(1e-9..1.0 - 1e-9).contains(&p.x);
     Cost {
-        iterations: info.iterations as f64,
-        step: 2.0 / f64::sqrt(largest),
+        iterations: jacobi_iterations(mesh, held).unwrap() as f64,
+        step: stable_step(mesh).unwrap(),
     }
 }
 
