@@ -328,7 +328,7 @@ pub fn improve<const N: usize>(
     let live: Vec<CellId> = (cells.iter().copied())
         .filter(|c| ws.mesh().has_cell(*c) && is_positive(&ws.cell_positions(*c)))
         .collect();
-    improve_cells(&mut ws, None, options, live, &mut report);
+    improve_cells(&mut ws, At::Open, options, live, &mut report);
     let positions = ws.changed_positions();
     Ok(CutOutcome {
         change: ws.edit.commit(),
@@ -433,10 +433,10 @@ fn pass<const N: usize>(
     }
     check_new_cells(ws)?;
     let near = ws.region.iter().copied().collect();
-    improve_cells(ws, Some(piece), options, near, report);
-    if splits {
-        unlock::split_locked(ws, least);
+    improve_cells(ws, At::Sheet(piece), options, near, report);
+    if splits && unlock::split_locked(ws, least) {
         check_new_cells(ws)?;
+        improve_cells(ws, At::FixedSheet(piece), options, Vec::new(), report);
     }
     let lip = separate::open(ws);
     if lip.facets.is_empty() {
@@ -474,11 +474,21 @@ const UNEVEN: Bad = Bad::Uneven {
     edges: 3.0,
 };
 
-/// What the method and the maintenance of quality do to cells, near a piece while the cut is a sheet inside the body, or
-/// afterwards.
+/// When cells are improved.
+#[derive(Clone, Copy)]
+enum At<'a> {
+    /// While the cut is a sheet inside the body, along this piece.
+    Sheet(&'a Piece),
+    /// So too, but which facets are the sheet is settled: others might not open.
+    FixedSheet(&'a Piece),
+    /// Afterwards.
+    Open,
+}
+
+/// What the method and the maintenance of quality do to cells.
 fn improve_cells<const N: usize>(
     ws: &mut Workspace<'_, N>,
-    piece: Option<&Piece>,
+    at: At<'_>,
     options: &CutOptions,
     cells: Vec<CellId>,
     report: &mut CutReport,
@@ -494,11 +504,15 @@ fn improve_cells<const N: usize>(
     let maintain = options.improve.then_some((Bad::Below(options.quality), Work::All));
     let start = Instant::now();
     let limits = Limits {
-        piece,
+        piece: match at {
+            At::Sheet(piece) | At::FixedSheet(piece) => Some(piece),
+            At::Open => None,
+        },
+        is_fixed: matches!(at, At::FixedSheet(_)),
         sheet: options.snap / 2.0,
         floor: options.quality,
     };
-    if options.relax && piece.is_some() {
+    if options.relax && matches!(at, At::Sheet(_)) {
         let moved = ws.moved_vertices();
         report.operations += improve::relax(ws, &limits, &moved);
     }

@@ -269,8 +269,8 @@ pub(crate) fn open_pinched<const N: usize>(ws: &mut Workspace<'_, N>, vertices: 
     double_vertices(ws, &[], vertices);
 }
 
-/// Gives every vertex one copy for each group of its cells that the marks leave connected; the group with the smallest cell
-/// keeps the vertex.
+/// Gives every vertex one copy for each group of its cells that the marks leave connected. The group with the smallest
+/// corners keeps the vertex: numbers of vertices must not depend on the order of cells (F10).
 fn double_vertices<const N: usize>(
     ws: &mut Workspace<'_, N>,
     marked: &[FacetSide],
@@ -283,11 +283,22 @@ fn double_vertices<const N: usize>(
         let (group, count) = ws.mesh().pieces_among(&cells, |side| {
             ws.mesh().cell(side.cell)[side.local as usize] != v && !closed.contains(&ws.mesh().facet_key(side))
         });
-        let copies: Vec<VertexId> = (1..count).map(|_| ws.add_vertex(&[(v, 1.0)])).collect();
+        let mut smallest = vec![None; count];
         for (&c, &g) in cells.iter().zip(&group) {
-            if g > 0 {
+            let mut own = ws.mesh().cell(c);
+            own.sort_unstable();
+            smallest[g] = smallest[g].filter(|least| *least < own).or(Some(own));
+        }
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_unstable_by_key(|g| smallest[*g]);
+        let mut copies: Vec<Option<VertexId>> = vec![None; count];
+        for &g in order.iter().skip(1) {
+            copies[g] = Some(ws.add_vertex(&[(v, 1.0)]));
+        }
+        for (&c, &g) in cells.iter().zip(&group) {
+            if let Some(copy) = copies[g] {
                 let own = corners.entry(c).or_insert_with(|| ws.mesh().cell(c));
-                *own = own.map(|w| if w == v { copies[g - 1] } else { w });
+                *own = own.map(|w| if w == v { copy } else { w });
             }
         }
     }

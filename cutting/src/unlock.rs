@@ -16,10 +16,10 @@ const OPENED: f64 = 0.1;
 /// Of the local size: the least such radius where `d` is less.
 const LEAST: f64 = 1e-3;
 
-/// Splits the facets of the sheet that would stay closed.
-pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64) {
+/// Splits the facets of the sheet that would stay closed; whether there are any.
+pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64) -> bool {
     if N != 4 {
-        return;
+        return false;
     }
     let closed: BTreeSet<FacetKey> = ws.sheet.iter().copied().collect();
     let vertices: BTreeSet<VertexId> = closed.iter().flat_map(|key| key.0.map(VertexId)).collect();
@@ -29,6 +29,7 @@ pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64)
         .map(|key| key.0.map(VertexId))
         .filter(|f| f.iter().all(|v| on_border.contains(v)) && is_large(ws, f, snap))
         .collect();
+    let any = !locked.is_empty();
     for [a, b, c] in locked {
         let v = split::split_triangle(ws, [a, b, c], [1.0 / 3.0; 3]);
         ws.take(v, true);
@@ -36,6 +37,7 @@ pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64)
         let key = |x: VertexId, y: VertexId| FacetKey([x.0, y.0, v.0]);
         ws.exchange_sheet(&[FacetKey([a.0, b.0, c.0])], &[key(a, b), key(b, c), key(a, c)]);
     }
+    any
 }
 
 /// Whether the cells at a vertex stay connected when the marked facets open.

@@ -331,7 +331,8 @@ impl<'a, const N: usize> Workspace<'a, N> {
             Some((w, place)) if w == v => (place.rest, place.now),
             _ => (self.mesh().rest_position(v), self.position(v)),
         };
-        let places = corners.map(place);
+        // in an order of their own, so that rounding does not depend on which cell an operation was seen from
+        let places = in_even_order(*corners).map(place);
         let rest = quality::radius_ratio(&places.map(|p| p.0));
         if places.iter().all(|(rest, now)| rest == now) {
             return rest;
@@ -394,6 +395,23 @@ impl Place {
             parents,
         }
     }
+}
+
+/// Corners sorted, but for the last two where the orientation would change.
+fn in_even_order<const N: usize>(mut corners: [VertexId; N]) -> [VertexId; N] {
+    let mut is_odd = false;
+    for i in 1..N {
+        let mut j = i;
+        while j > 0 && corners[j] < corners[j - 1] {
+            corners.swap(j, j - 1);
+            is_odd = !is_odd;
+            j -= 1;
+        }
+    }
+    if is_odd {
+        corners.swap(N - 2, N - 1);
+    }
+    corners
 }
 
 /// The facet opposite corner `k` of a cell.

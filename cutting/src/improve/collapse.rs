@@ -36,6 +36,9 @@ pub(super) fn collapse<const N: usize>(
         .map(|f| renamed(f, a, b))
         .collect();
     if !hold.sheet.is_empty() {
+        if limits.is_fixed {
+            return None;
+        }
         let (old, now) = (places(ws, &hold.sheet, None), places(ws, &sheet, None));
         if !keeps_sheet(limits, &old, &now, ws.mesh().local_size(a)) {
             return None;

@@ -38,6 +38,8 @@ const OPERATIONS: usize = 2;
 pub(crate) struct Limits<'a> {
     /// The part of the sweep that the sheet lies on.
     pub(crate) piece: Option<&'a Piece>,
+    /// Whether the facets of the sheet stay what they are; their vertices may move.
+    pub(crate) is_fixed: bool,
     /// How far from it a facet of the sheet may lie, as a fraction of the local size.
     pub(crate) sheet: f64,
     /// The quality from which a cell is good enough.
@@ -212,9 +214,11 @@ fn simple<const N: usize>(
     c: CellId,
     edges: &[[VertexId; 2]],
 ) -> Option<Vec<CellId>> {
-    let mut vertices = ws.mesh().cell(c);
-    vertices.sort_unstable();
-    let mut sides = (0..N as u8).map(|local| FacetSide { cell: c, local });
+    let corners = ws.mesh().cell(c);
+    let mut locals: [u8; N] = std::array::from_fn(|k| k as u8);
+    locals.sort_unstable_by_key(|&k| corners[k as usize]);
+    let vertices = locals.map(|k| corners[k as usize]);
+    let mut sides = locals.iter().map(|&local| FacetSide { cell: c, local });
     sides
         .find_map(|side| swap::remove_facet(ws, side))
         .or_else(|| edges.iter().rev().find_map(|e| swap::remove_edge(ws, limits, *e)))

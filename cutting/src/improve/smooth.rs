@@ -5,7 +5,7 @@ use kerfem_mesh::{CellId, Point, VertexId};
 use super::hold::{Freedom, Hold, keeps_front, keeps_sheet, place_at, places};
 use super::{FLAT, GAIN, Limits};
 use crate::snap::keeps_boundary;
-use crate::workspace::{Place, Workspace};
+use crate::workspace::{Place, Workspace, facet_of};
 
 /// How far towards each target a vertex is tried.
 const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
@@ -119,12 +119,17 @@ fn candidates<const N: usize>(
 /// Where the worst cell of a vertex would be about as high over its opposite facet as that is wide.
 fn away_from_worst<const N: usize>(ws: &Workspace<'_, N>, v: VertexId, star: &[CellId]) -> Option<Point> {
     let worst = star.iter().min_by(|a, b| ws.quality(**a).total_cmp(&ws.quality(**b)))?;
-    let corners = ws.mesh().cell(*worst);
-    let local = corners.iter().position(|w| *w == v)? as u8;
-    let side = kerfem_mesh::FacetSide { cell: *worst, local };
-    let p = ws.mesh().facet_corners(side).map(|w| ws.position(w));
-    let normal = kerfem_mesh::quality::facet_normal::<N>(&p);
+    let local = ws.mesh().cell(*worst).iter().position(|w| *w == v)?;
+    let p = facet_of(&ws.mesh().cell(*worst), local)
+        .0
+        .map(|w| ws.position(VertexId(w)));
     let middle = (p[0] + p[1] + p[2]) / 3.0;
+    let across = (p[1] - p[0]).cross(&(p[2] - p[0]));
+    let normal = if across.dot(&(ws.position(v) - middle)) > 0.0 {
+        -across
+    } else {
+        across
+    };
     let width = ((p[1] - p[0]).norm() + (p[2] - p[1]).norm() + (p[0] - p[2]).norm()) / 3.0;
     (normal.norm() > 0.0).then(|| middle - normal.normalize() * (0.8 * width))
 }

@@ -51,7 +51,7 @@ pub(super) fn remove_edge<const N: usize>(
     let new = diagonal.map(|[i, j]| [a, b].map(|end| key([corner(i), corner(j), end])));
     if let (Some(old), Some(new)) = (old, new) {
         let (before, after) = (places(ws, &old, None), places(ws, &new, None));
-        if !keeps_sheet(limits, &before, &after, ws.mesh().local_size(a)) {
+        if limits.is_fixed || !keeps_sheet(limits, &before, &after, ws.mesh().local_size(a)) {
             return None;
         }
         ws.exchange_sheet(&old, &new);

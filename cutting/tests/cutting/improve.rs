@@ -36,8 +36,8 @@ fn no_bad_cell_is_left_in_a_box() {
                 };
                 let outcome = cut_with(&mut mesh, &sweep, &options);
                 check_cut(&before, &mesh, &outcome).unwrap();
-                // corners of the front and facets that had to be unlocked are not improved any more
-                let floor = if name == "partial" { 0.01 } else { 0.25 };
+                // the corners of a front leave their cells little freedom
+                let floor = if name == "partial" { 0.15 } else { 0.25 };
                 assert!(worst(&mesh) >= floor, "{name} {method:?}: {}", worst(&mesh));
                 assert!(worst(split) < 0.02, "{name}: {}", worst(split));
                 assert!(mesh.num_cells() < split.num_cells());
