@@ -108,3 +108,119 @@ fn sorted(mut simplices: Vec<Simplex>) -> Vec<Simplex> {
     simplices.dedup();
     simplices
 }
+
+#[cfg(test)]
+mod tests {
+    use kerfem_mesh::{FacetKey, Point, TetMesh, VertexId, generate};
+
+    use crate::improve::Limits;
+    use crate::improve::collapse::collapse;
+    use crate::workspace::Workspace;
+    use crate::{Borders, Sweep};
+
+    /// Boxes on a side.
+    const N: usize = 5;
+
+    /// A vertex of the grid.
+    type Corner = [usize; 3];
+
+    /// A box whose inner vertices are shaken, and the place of each vertex in its grid.
+    fn shaken(seed: u64) -> (TetMesh, Vec<Corner>) {
+        let mesh = generate::box_tets([1.0; 3], [N; 3], [0.0; 3]);
+        let grid = |v: VertexId| {
+            let p = mesh.rest_position(v) * N as f64;
+            [p.x, p.y, p.z].map(|x| x.round() as usize)
+        };
+        let corners: Vec<Corner> = mesh.vertex_ids().map(grid).collect();
+        let shake = |v: VertexId, k: usize| 0.03 * (seed as f64 + 37.0 * v.0 as f64 + 11.0 * k as f64).sin();
+        let place = |v: VertexId| match mesh.is_boundary_vertex(v) {
+            true => mesh.rest_position(v),
+            false => mesh.rest_position(v) + Point::from_fn(|k, _| shake(v, k)),
+        };
+        let places = mesh.vertex_ids().map(place).collect();
+        let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| v.index())).collect();
+        (TetMesh::new(places, cells).unwrap(), corners)
+    }
+
+    /// How many of some edges may collapse, if nothing but topology forbids it: the sheet may go anywhere.
+    fn collapsible(is_sheet: impl Fn([Corner; 3]) -> bool, is_tried: impl Fn(Corner, Corner) -> bool) -> usize {
+        let sheet_points = [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]].map(|[x, y]| Point::new(x, y, 0.5));
+        let sweep = Sweep::new(sheet_points.to_vec(), vec![[0, 1, 2]]).unwrap().0;
+        let limits = Limits {
+            piece: Some(&sweep.pieces()[0]),
+            is_fixed: false,
+            sheet: 1e3,
+            floor: 0.3,
+        };
+        let mut count = 0;
+        for seed in 0..20 {
+            let (mut mesh, corners) = shaken(seed);
+            let positions = mesh.rest_positions().to_vec();
+            let at = |v: VertexId| corners[v.index()];
+            let sides = mesh
+                .cell_ids()
+                .flat_map(|cell| (0..4).map(move |local| kerfem_mesh::FacetSide { cell, local }));
+            let inside = sides
+                .filter(|s| mesh.other_side(*s).is_some())
+                .map(|s| mesh.facet_key(s));
+            let sheet: Vec<FacetKey> = inside.filter(|f| is_sheet(f.0.map(|v| at(VertexId(v))))).collect();
+            let neighbors = |a: VertexId| mesh.vertex_neighbors(a).into_iter().map(move |b| [a, b]);
+            let edges: Vec<[VertexId; 2]> = (mesh.vertex_ids().flat_map(neighbors))
+                .filter(|[a, b]| is_tried(at(*a), at(*b)))
+                .collect();
+            let mut ws = Workspace::new(&mut mesh, &positions, Borders::NONE);
+            ws.exchange_sheet(&[], &sheet);
+            for edge in edges {
+                let save = ws.savepoint();
+                count += usize::from(collapse(&mut ws, &limits, edge, Some(1e-6)).is_some());
+                ws.restore(save);
+            }
+        }
+        count
+    }
+
+    fn all_at_2(corners: &[Corner]) -> bool {
+        corners.iter().all(|c| c[2] == 2)
+    }
+
+    fn is_inner(c: Corner) -> bool {
+        c.iter().all(|k| (1..N).contains(k))
+    }
+
+    /// F13: a bridge of one facet through the cut is not closed.
+    #[test]
+    fn a_hole_in_the_sheet_stays() {
+        let hole = [[2, 2, 2], [3, 2, 2], [3, 3, 2]];
+        let is_hole = |f: [Corner; 3]| f.iter().all(|c| hole.contains(c));
+        let of_hole = |a: Corner, b: Corner| hole.contains(&a) && hole.contains(&b);
+        assert_eq!(collapsible(|f| all_at_2(&f) && !is_hole(f), of_hole), 0);
+        assert!(collapsible(|f| all_at_2(&f), of_hole) > 0);
+    }
+
+    /// F13: two cuts that end an edge from each other do not become one.
+    #[test]
+    fn fronts_do_not_meet() {
+        let over_gap = |a: Corner, b: Corner| is_inner(a) && is_inner(b) && all_at_2(&[a, b]) && a[0] == 2 && b[0] == 3;
+        let beside_gap = |f: [Corner; 3]| f.iter().all(|c| c[0] <= 2) || f.iter().all(|c| c[0] >= 3);
+        assert_eq!(collapsible(|f| all_at_2(&f) && beside_gap(f), over_gap), 0);
+        assert!(collapsible(|f| all_at_2(&f), over_gap) > 0);
+    }
+
+    /// F13: a layer of one cell between a cut and the boundary is not torn.
+    #[test]
+    fn a_sheet_keeps_off_the_boundary() {
+        let is_sheet = |f: [Corner; 3]| f.iter().all(|c| c[2] == 1 && is_inner(*c));
+        let to_boundary = |a: Corner, b: Corner| is_inner(a) && a[2] == 1 && b[2] == 0;
+        assert_eq!(collapsible(is_sheet, to_boundary), 0);
+        assert!(collapsible(|_| false, to_boundary) > 0);
+    }
+
+    /// F13: two sheets an edge apart do not touch.
+    #[test]
+    fn leaves_of_a_sheet_stay_apart() {
+        let is_sheet = |f: [Corner; 3]| all_at_2(&f) || f.iter().all(|c| c[2] == 3);
+        let between = |a: Corner, b: Corner| is_inner(a) && a[2] == 2 && b[2] == 3;
+        assert_eq!(collapsible(is_sheet, between), 0);
+        assert!(collapsible(|_| false, between) > 0);
+    }
+}
