@@ -438,6 +438,9 @@ fn pass<const N: usize>(
         check_new_cells(ws)?;
         improve_cells(ws, At::FixedSheet(piece), options, Vec::new(), report);
     }
+    if !splits {
+        unlock::leave_hinges_closed(ws);
+    }
     let lip = separate::open(ws);
     if lip.facets.is_empty() {
         ws.restore(save);

@@ -153,9 +153,10 @@ fn insert<const N: usize>(ws: &mut Workspace<'_, N>, x: &Piercing, snap: f64) {
             return;
         }
     }
-    let v = split::split_edge(ws, a, b, t);
-    let exact = !ws.mesh().is_boundary_vertex(v) && snap::move_interior(ws, v, x.point);
-    ws.take(v, exact);
+    for v in split::split_edge(ws, a, b, t) {
+        let exact = !ws.mesh().is_boundary_vertex(v) && snap::move_interior(ws, v, x.point);
+        ws.take(v, exact);
+    }
 }
 
 /// Puts a vertex at a corner of the border, if it lies in the body: one that is closer than `d`, else one on a facet or edge

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use kerfem_mesh::{CellId, FacetKey, FacetSide, Point, VertexId, quality};
+use kerfem_mesh::{CellId, FacetKey, FacetLabel, FacetSide, Point, VertexId, quality};
 
+use crate::split;
 use crate::sweep::Piece;
 use crate::workspace::Workspace;
 
@@ -62,11 +63,24 @@ fn side_of<const N: usize>(ws: &Workspace<'_, N>, key: &FacetKey) -> Option<Face
 /// Facets whose two cells lie on different sides, ascending, once no chip comes loose by them.
 fn mark<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
     let mut stands = cells_stand_at(ws, piece, snap, mix);
-    let marked = mark_between(ws, piece, &stands, mix)?;
-    if !join_chips(ws, snap, &marked, &mut stands) {
-        return Some(marked);
+    let mut marked = mark_between(ws, piece, &stands, mix)?;
+    for kind in [Chip::Slice, Chip::Splinter] {
+        if join_chips(ws, snap, kind, &marked, &mut stands) {
+            marked = mark_between(ws, piece, &stands, mix)?;
+        }
     }
-    mark_between(ws, piece, &stands, mix)
+    Some(marked)
+}
+
+/// What must not come loose.
+#[derive(Clone, Copy, PartialEq)]
+enum Chip {
+    /// Cells that the cut runs along on all corners, together thinner than `d`: a slice between two cuts that nearly
+    /// coincide, say.
+    Slice,
+    /// Cells between cut faces, together smaller than a cube of side `d`: what is between an incision and another that goes
+    /// on from it at an angle.
+    Splinter,
 }
 
 fn mark_between<const N: usize>(
@@ -98,16 +112,15 @@ fn mark_between<const N: usize>(
     Some(marked)
 }
 
-/// Lets chips stand with the neighbour behind their largest facet: cells that the cut runs along on all corners and that
-/// would come loose with nothing else, a slice thinner than `d` (between two cuts that nearly coincide, say). Whether there
-/// are any.
+/// Lets chips stand with the neighbour behind their largest facet, if that is not a chip itself. Whether there are any.
 fn join_chips<const N: usize>(
     ws: &Workspace<'_, N>,
     snap: f64,
+    kind: Chip,
     marked: &[FacetSide],
     stands: &mut BTreeMap<CellId, Point>,
 ) -> bool {
-    let along = |c: &CellId| ws.mesh().cell(*c).iter().all(|v| ws.on.contains(v));
+    let along = |c: &CellId| kind != Chip::Slice || ws.mesh().cell(*c).iter().all(|v| ws.on.contains(v));
     let cells: Vec<CellId> = stands.keys().copied().filter(along).collect();
     let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
     let (group, count) = ws
@@ -137,6 +150,7 @@ fn join_chips<const N: usize>(
         for side in sides(cell) {
             if is_closed(side) {
                 own.surface += facet_area(ws, side);
+                own.is_original |= ws.mesh().facet_labels(cell)[side.local as usize] != FacetLabel::NONE;
             } else {
                 own.held |= cells
                     .binary_search(&ws.mesh().neighbors(cell)[side.local as usize])
@@ -148,7 +162,7 @@ fn join_chips<const N: usize>(
         .iter()
         .copied()
         .zip(group)
-        .filter(|(_, g)| groups[*g].is_chip())
+        .filter(|(_, g)| groups[*g].is(kind))
         .collect();
     // not with another chip: the two would change places
     for (&cell, &g) in &chips {
@@ -183,15 +197,21 @@ struct Loose {
     reach: f64,
     /// Connected to other cells.
     held: bool,
+    /// Reaches the original boundary.
+    is_original: bool,
     /// Area of the largest marked facet, and where the cell behind it stands.
     largest: f64,
     stand: Option<Point>,
 }
 
 impl Loose {
-    /// A slice of thickness t has the volume t times half its surface.
-    fn is_chip(&self) -> bool {
-        !self.held && 2.0 * self.volume < self.reach * self.surface
+    fn is(&self, kind: Chip) -> bool {
+        let is_small = match kind {
+            // a slice of thickness t has the volume t times half its surface
+            Chip::Slice => 2.0 * self.volume < self.reach * self.surface,
+            Chip::Splinter => !self.is_original && self.volume < self.reach.powi(3),
+        };
+        !self.held && is_small
     }
 }
 
@@ -264,9 +284,20 @@ fn stand_in<const N: usize>(ws: &Workspace<'_, N>, corners: &[VertexId], mix: &[
     free.map_or(middle, |(corner, _)| corner * (1.0 - INWARD) + middle * INWARD)
 }
 
-/// Gives each of these vertices whose link has fallen apart one copy for each part (Y4, F14).
+/// Gives each of these vertices whose link has fallen apart one copy for each part (Y4, F14), and splits edges between them
+/// whose cells hang together by the edge only: its ends cannot be doubled, vertices in between can.
 pub(crate) fn open_pinched<const N: usize>(ws: &mut Workspace<'_, N>, vertices: BTreeSet<VertexId>) {
-    double_vertices(ws, &[], vertices);
+    double_vertices(ws, &[], vertices.clone());
+    if N != 4 {
+        return;
+    }
+    for &a in &vertices {
+        for b in ws.mesh().vertex_neighbors(a) {
+            if a < b && vertices.contains(&b) && ws.mesh().fans_of_edge(a, b).len() > 1 {
+                split::split_edge(ws, a, b, 0.5);
+            }
+        }
+    }
 }
 
 /// Gives every vertex one copy for each group of its cells that the marks leave connected. The group with the smallest
@@ -285,8 +316,7 @@ fn double_vertices<const N: usize>(
         });
         let mut smallest = vec![None; count];
         for (&c, &g) in cells.iter().zip(&group) {
-            let mut own = ws.mesh().cell(c);
-            own.sort_unstable();
+            let own = ws.sorted_corners(c);
             smallest[g] = smallest[g].filter(|least| *least < own).or(Some(own));
         }
         let mut order: Vec<usize> = (0..count).collect();

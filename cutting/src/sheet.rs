@@ -192,12 +192,16 @@ fn split_crossed<const N: usize>(ws: &mut Workspace<'_, N>, hits: Hits, chosen: 
         }
     }
     edges.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (_, [mut a, b], ts) in edges {
-        let mut done = 0.0;
+    for (_, [a, b], ts) in edges {
+        let (mut from, mut done) = (vec![a], 0.0);
         for t in ts {
-            let p = split::split_edge(ws, a, b, (t - done) / (1.0 - done));
-            ws.take(p, true);
-            (a, done) = (p, t);
+            let ahead = (t - done) / (1.0 - done);
+            from = from
+                .into_iter()
+                .flat_map(|a| split::split_edge(ws, a, b, ahead))
+                .collect();
+            from.iter().for_each(|p| ws.take(*p, true));
+            done = t;
         }
     }
 }

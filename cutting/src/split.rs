@@ -12,15 +12,22 @@ use crate::workspace::Workspace;
 ///      /   \     ->      / | \
 ///     a --- b           a--p--b
 /// ```
-pub(crate) fn split_edge<const N: usize>(ws: &mut Workspace<'_, N>, a: VertexId, b: VertexId, t: f64) -> VertexId {
-    let ring: Vec<CellId> = ws.mesh().cells_of_edge(a, b).collect();
-    let p = ws.add_vertex(&[(a, 1.0 - t), (b, t)]);
-    for c in ring {
-        // the facet between the two children lies opposite the end that a child keeps
-        let children = [(a, b), (b, a)].map(|(gone, kept)| child(ws, c, gone, p, &[kept]));
-        ws.replace(c, &children);
-    }
-    p
+///
+/// The new vertices, nearly always one: fans of cells that hang together by the edge only get one each.
+pub(crate) fn split_edge<const N: usize>(ws: &mut Workspace<'_, N>, a: VertexId, b: VertexId, t: f64) -> Vec<VertexId> {
+    let mut fans = ws.mesh().fans_of_edge(a, b);
+    // by corners, not by the numbers of cells (F10)
+    fans.sort_by_cached_key(|fan| fan.iter().map(|c| ws.sorted_corners(*c)).min());
+    let split = |fan: Vec<CellId>| {
+        let p = ws.add_vertex(&[(a, 1.0 - t), (b, t)]);
+        for c in fan {
+            // the facet between the two children lies opposite the end that a child keeps
+            let children = [(a, b), (b, a)].map(|(gone, kept)| child(ws, c, gone, p, &[kept]));
+            ws.replace(c, &children);
+        }
+        p
+    };
+    fans.into_iter().map(split).collect()
 }
 
 /// Splits a triangle, a facet of tetrahedra or a planar cell, at a point given by weights over its corners. Every cell that

@@ -92,6 +92,12 @@ impl<'a, const N: usize> Workspace<'a, N> {
         out
     }
 
+    pub(crate) fn sorted_corners(&self, c: CellId) -> [VertexId; N] {
+        let mut corners = self.mesh().cell(c);
+        corners.sort_unstable();
+        corners
+    }
+
     /// How far the cut may be from a vertex that takes it: the fraction `snap` of [`SimplexMesh::local_size`], the mean edge
     /// before any cut, so that cutting the same place again finds the same vertices near.
     pub(crate) fn reach(&self, v: VertexId, snap: f64) -> f64 {

@@ -488,6 +488,21 @@ impl<const N: usize> SimplexMesh<N> {
             .filter(move |c| self.cells[c.index()].contains(&b))
     }
 
+    /// [`Self::cells_of_edge`] by fans: each is connected through facets that contain the edge. In space there is one fan
+    /// around a sound edge; several hang together by the edge only, as by a hinge.
+    pub fn fans_of_edge(&self, a: VertexId, b: VertexId) -> Vec<Vec<CellId>> {
+        let cells: Vec<CellId> = self.cells_of_edge(a, b).collect();
+        let (fan, count) = self.pieces_among(&cells, |side| {
+            let opposite = self.cells[side.cell.index()][side.local as usize];
+            opposite != a && opposite != b
+        });
+        let mut fans = vec![Vec::new(); count];
+        for (c, f) in cells.into_iter().zip(fan) {
+            fans[f].push(c);
+        }
+        fans
+    }
+
     /// Mean rest length (m) of the edges that met at a vertex when the mesh was made; a vertex that came later has the
     /// least of its parents. Lengths that should not shrink as cuts refine the mesh are measured by it.
     #[inline]
@@ -560,7 +575,7 @@ impl<const N: usize> SimplexMesh<N> {
     /// Everything that must always hold, as one message naming the first thing that does not (DESIGN invariant 5).
     ///
     /// Checks orientation (exactly), mutual adjacency, facets shared by at most two cells, sorted vertex lists, counts and,
-    /// with `links`, that the link of every vertex is connected.
+    /// with `links`, that the link of every vertex and of every edge is connected.
     ///
     /// # Errors
     /// The first violation, in words.
@@ -648,7 +663,8 @@ impl<const N: usize> SimplexMesh<N> {
         Ok(())
     }
 
-    /// [`Self::check`] for one vertex: its list is sorted and true and, with `links`, its link is connected.
+    /// [`Self::check`] for one vertex: its list is sorted and true and, with `links`, its link is connected, and those of
+    /// the edges to vertices of larger numbers.
     ///
     /// # Errors
     /// The first violation, in words.
@@ -666,6 +682,15 @@ impl<const N: usize> SimplexMesh<N> {
         }
         if links && self.link_components(v).1 > 1 {
             return Err(format!("the link of vertex {} is not connected", v.0));
+        }
+        if links && N == 4 {
+            let hinge = |w: &VertexId| *w > v && self.fans_of_edge(v, *w).len() > 1;
+            if let Some(w) = self.vertex_neighbors(v).into_iter().find(hinge) {
+                return Err(format!(
+                    "the link of the edge between vertices {} and {} is not connected",
+                    v.0, w.0
+                ));
+            }
         }
         Ok(())
     }

@@ -24,7 +24,7 @@ pub(super) fn condition<const N: usize>(ws: &Workspace<'_, N>, a: VertexId, b: V
     let links = [link(ws, a, hold[0]), link(ws, b, hold[1])];
     let of_edge = link_of_edge(ws, a, b, hold[0]);
     let both = links[0].iter().filter(|s| links[1].binary_search(s).is_ok());
-    both.eq(of_edge.iter()) && !brings_sheet_to_boundary(ws, hold, &of_edge)
+    both.eq(of_edge.iter()) && ws.mesh().fans_of_edge(a, b).len() == 1 && !brings_sheet_to_boundary(ws, hold, &of_edge)
 }
 
 /// Whether a vertex, edge or facet of the sheet would come to be one with one of the boundary where sheet and boundary do not

@@ -74,6 +74,14 @@ struct Tally {
     cuts: u64,
 }
 
+impl Tally {
+    fn fail(&mut self, what: String) {
+        // long runs tell at once
+        eprintln!("{what}");
+        self.failures.push(what);
+    }
+}
+
 /// A bent and stretched body: positions that no cell is inverted at.
 fn deformed(mesh: &TetMesh, random: &mut Random) -> Vec<Point> {
     let [bend, shear, stretch] = [0.3, 0.4, 0.3].map(|most| random.range(-most, most));
@@ -147,14 +155,8 @@ fn run_seed(seed: u64, bodies: &[(&'static str, TetMesh)], tally: &mut Tally, li
         });
         match catch_unwind(AssertUnwindSafe(|| one_cut(&mut body, &drawn, &options, again, seen))) {
             Ok(Ok(())) => {}
-            Ok(Err(e)) => {
-                tally.failures.push(format!("{what}: {e}"));
-                return;
-            }
-            Err(_) => {
-                tally.failures.push(format!("{what}: a panic"));
-                return;
-            }
+            Ok(Err(e)) => return tally.fail(format!("{what}: {e}")),
+            Err(_) => return tally.fail(format!("{what}: a panic")),
         }
     }
 }
