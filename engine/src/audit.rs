@@ -38,6 +38,12 @@ impl<const N: usize> Simulation<N> {
         }
     }
 
+    /// Volume (m³) in which the deformed body lies twice because cut faces went through each other ([`kerfem_mesh::overlap`]);
+    /// of a planar body its area times the thickness.
+    pub fn overlap(&self) -> f64 {
+        self.thickness() * kerfem_mesh::overlap(&self.mesh, &self.positions())
+    }
+
     pub(crate) fn audit_before(&mut self, method: Method) -> Option<Audit> {
         (self.records_figures || self.verify.is_some()).then(|| Audit {
             figures: self.mesh_figures(),

@@ -31,6 +31,9 @@ pub struct RunOptions {
 /// The save of a run, in its folder.
 const SAVE: &str = "state.kerfem";
 
+/// Of the volume of the body: how much of it may lie twice before that is worth a warning.
+const OVERLAP: f64 = 1e-6;
+
 /// How far a run has come, besides the state of its simulation.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Progress {
@@ -65,6 +68,8 @@ struct Report<'a> {
     seconds: Seconds,
     cuts: &'a [CutRecord],
     quantities: BTreeMap<String, Option<f64>>,
+    /// Volume in which the deformed body lies twice at the end.
+    overlap_m3: f64,
     choices: &'a Choices,
     warnings: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -321,6 +326,12 @@ fn advance<const N: usize>(
         for text in simulation.unmoved_blades() {
             simulation.warn(text);
         }
+        let overlap = simulation.overlap();
+        if overlap > OVERLAP * simulation.thickness() * kerfem_mesh::quality::volume(&simulation.mesh) {
+            simulation.warn(format!(
+                "cut faces went through each other: {overlap:.3e} m3 of the body lie twice at the end, as nothing keeps them apart"
+            ));
+        }
     }
     result.map(|()| ending)
 }
@@ -345,6 +356,7 @@ fn write_report<const N: usize>(
         seconds: simulation.seconds,
         cuts: &simulation.cuts,
         quantities: simulation.quantities(),
+        overlap_m3: simulation.overlap(),
         choices: &simulation.choices,
         warnings: &simulation.warnings,
         verify: simulation.verification(),

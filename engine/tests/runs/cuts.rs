@@ -245,3 +245,18 @@ fn what_a_cut_leaves_over_is_done_in_later_steps() {
         assert!(lost < 1e-9 * before.norm(), "{method:?}: {lost}");
     }
 }
+
+/// F32: nothing keeps cut faces apart; how far they went through each other is told.
+#[test]
+fn f32_lips_that_went_through_each_other_are_told() {
+    for (push, overlap) in [(-0.1, 0.1), (-0.02, 0.02), (0.1, 0.0)] {
+        let sections = format!(
+            "[[fixed]]\nwhere = 'x < 1e-9'\n[[fixed]]\nwhere = 'x > 1.999'\ndisplacement = [{push}, 0.0, 0.0]\n[time]\nscheme = 'static'\n"
+        );
+        let mut s = simulation(&box_scene([2.0, 1.0, 1.0], [6, 3, 3], &sections));
+        let record = s.cut_in_frame(Frame::Rest, &blade(1.07), &options(Method::Hybrid)).unwrap();
+        assert_eq!((record.refused.len(), s.mesh().pieces().1, s.overlap()), (0, 2, 0.0));
+        assert!(s.step(1.0).unwrap().converged);
+        assert!((s.overlap() - overlap).abs() < 1e-6, "{push}: {}", s.overlap());
+    }
+}
