@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use kerfem_cutting::Method;
+use kerfem_cutting::{CutOptions, Method};
 use kerfem_mesh::{Point, generate};
 use kerfem_validation::chart::{self, Across, Panel, Series};
 
@@ -26,7 +26,13 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
     writeln!(text, "| method | figure | {} |", names.join(" | "))?;
     writeln!(text, "|{}", "---|".repeat(EPS.len() + 2))?;
     let (mut solves, mut steps) = (Vec::new(), Vec::new());
-    for (name, options) in variants() {
+    let mut all = variants();
+    let relaxed = CutOptions {
+        relax: true,
+        ..CutOptions::default()
+    };
+    all.push(("hybrid+, relaxed".into(), relaxed));
+    for (name, options) in all {
         let mut lines = [Vec::new(), Vec::new(), Vec::new()];
         for eps in EPS {
             let z = 0.5 + eps / 8.0;
