@@ -37,6 +37,16 @@ const BACK: f64 = 0.25;
 /// Least fraction of the local size within which the end of the incision counts as being at the blade.
 const CLOSE: f64 = 0.02;
 
+/// Of what a method resolves, and of the depth of a blade in the body: how finely a motion is looked at that may be one of the
+/// blade along itself.
+const FINE: f64 = 0.25;
+
+/// Most places along the way of a point of a blade that are looked at.
+const ROWS: usize = 32;
+
+/// How often the place where a line meets the surface is halved.
+const HALVINGS: usize = 8;
+
 /// Most places along a blade that are looked at.
 const MOST_PLACES: f64 = 512.0;
 
@@ -149,6 +159,8 @@ pub struct Tip {
     fronts: Vec<Front>,
     /// Where the blade is while it moves back between the lips of its incision (m).
     back: Option<[Point; 2]>,
+    /// How wide (m) the motions were since the last cut that were too narrow to cut.
+    lost: f64,
     /// See [`Self::distance`].
     distance: f64,
 }
@@ -177,6 +189,7 @@ impl Tip {
             behind: line,
             fronts: Vec::new(),
             back: None,
+            lost: 0.0,
             distance: 0.0,
         }
     }
@@ -238,16 +251,31 @@ impl Tip {
         if is_short && !due {
             return Sweep::default();
         }
-        if !is_short && self.heads_back(mesh, positions, line) {
-            self.back = Some(line);
-            return Sweep::default();
-        }
-        if let Some(back) = self.back.take()
-            && !self.is_passed(positions, back, line, resolved)
-        {
-            *self = Tip::new(back);
+        let back = self.back.take();
+        let anew = if !is_short && self.heads_back(mesh, positions, line) {
+            if !is_stuck(mesh, tree, positions, &line, resolved) {
+                self.back = Some(line);
+                return Sweep::default();
+            }
+            // out of the incision on its other side
+            Some(back.unwrap_or_else(|| self.carried(positions)))
+        } else {
+            back.filter(|back| !self.is_passed(positions, *back, line, resolved))
+        };
+        if let Some(from) = anew {
+            *self = Tip::new(from);
             start = self.start(positions);
             size = size_near(mesh, tree, &ruled(&start, line, f64::INFINITY));
+        }
+        let finest = resolution_of(options) * size;
+        if !due
+            && let Some(width) = slides(mesh, tree, positions, &start, line, finest, !self.fronts.is_empty())
+            && self.lost + width <= finest
+        {
+            let lost = self.lost + width;
+            self.arrive(mesh, tree, positions, line, options);
+            (self.behind, self.lost) = (line, lost);
+            return Sweep::default();
         }
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
         for t in ruled(&start, line, SMOOTH * size) {
@@ -294,6 +322,15 @@ impl Tip {
         };
         let marks = self.fronts.iter().map(Vec::len).sum::<usize>();
         2 * self.fronts.iter().flatten().filter(|m| off(m) <= reach).count() > marks
+    }
+
+    /// The blade (m) where it last cut, as the body has carried the end of the incision since.
+    fn carried(&self, positions: &[Point]) -> [Point; 2] {
+        let mut marks = self.fronts.iter().flatten();
+        let by = |m: &Mark| positions[m.vertex.index()] - m.place;
+        let first = marks.next().map_or(Point::zeros(), by);
+        let last = marks.next_back().map_or(first, by);
+        [self.line[0] + first, self.line[1] + last]
     }
 
     /// How far (m) the blade has moved against the body since it last cut, at most.
@@ -396,38 +433,15 @@ impl Tip {
             }
         }
         self.line = line;
-        self.back = None;
+        (self.back, self.lost) = (None, 0.0);
         self.fronts = apart(fronts);
-        let lips = cut_faces(mesh, &cells, positions);
         // without snapping whatever is swept is opened
         let exact = options.method == Method::Subdivide;
         let far = 0.75 * resolution_of(options).min(0.5) * size;
-        if exact || !self.is_stuck(mesh, tree, positions, far, &lips) {
+        if exact || !is_stuck(mesh, tree, positions, &line, far) {
             self.behind = line;
         }
         self.distance = self.distance_now(mesh, tree, positions);
-    }
-
-    /// Whether a part of the blade is in the material, farther than `reach` (m) from the incision: the cut was too short to
-    /// open anything there, or it was refused.
-    fn is_stuck<const N: usize>(
-        &self,
-        mesh: &SimplexMesh<N>,
-        tree: &BoxTree,
-        positions: &[Point],
-        reach: f64,
-        lips: &[[Point; 3]],
-    ) -> bool {
-        if reach == 0.0 {
-            return false;
-        }
-        let length = (self.line[1] - self.line[0]).norm();
-        let places = (2.0 * length / reach).ceil().clamp(1.0, MOST_PLACES);
-        (0..=places as usize).any(|k| {
-            let p = mix(self.line[0], self.line[1], k as f64 / places);
-            let off = |t: &[Point; 3]| (on_triangle(&p, t) - p).norm();
-            is_inside(mesh, tree, positions, &p) && lips.iter().all(|t| off(t) > reach)
-        })
     }
 
     fn distance_now<const N: usize>(&self, mesh: &SimplexMesh<N>, tree: &BoxTree, positions: &[Point]) -> f64 {
@@ -446,6 +460,99 @@ impl Tip {
             .map(to_front);
         of_front.chain(of_ends).fold(0.0, f64::max)
     }
+}
+
+/// Whether a part of a blade is in the material, farther than `reach` (m) from any incision.
+fn is_stuck<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    tree: &BoxTree,
+    positions: &[Point],
+    line: &[Point; 2],
+    reach: f64,
+) -> bool {
+    if reach == 0.0 {
+        return false;
+    }
+    let lips = cut_faces(mesh, &cells_near(tree, line, reach), positions);
+    let places = places_along(line, 0.5 * reach);
+    (0..=places).any(|k| {
+        let p = mix(line[0], line[1], k as f64 / places as f64);
+        let off = |t: &[Point; 3]| (on_triangle(&p, t) - p).norm();
+        is_inside(mesh, tree, positions, &p) && lips.iter().all(|t| off(t) > reach)
+    })
+}
+
+/// Into how many parts a line is divided to look at places about so far (m) apart.
+fn places_along([a, b]: &[Point; 2], apart: f64) -> usize {
+    ((b - a).norm() / apart).ceil().clamp(1.0, MOST_PLACES) as usize
+}
+
+/// How far (m) what a motion sweeps inside the body lies from its end, if it only slides along itself: that is within `reach`
+/// (m), and what goes in or out does so about where the blade itself meets the surface of the body, for its depth. So a blade that has
+/// cut nothing yet leaves no bridge between what it passes over and the surface.
+fn slides<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    tree: &BoxTree,
+    positions: &[Point],
+    start: &Start,
+    line: [Point; 2],
+    reach: f64,
+    has_cut: bool,
+) -> Option<f64> {
+    let inside = |p: &Point| is_inside(mesh, tree, positions, p);
+    let apart = (FINE * reach).max(f64::MIN_POSITIVE);
+    let (mut entries, mut depth) = (Vec::new(), 0.0_f64);
+    for line in [line, [start[0].1, start[start.len() - 1].1]] {
+        let places = places_along(&line, apart);
+        let within = (0..=places).filter(|&k| inside(&mix(line[0], line[1], k as f64 / places as f64)));
+        depth = depth.max(within.count() as f64 / places as f64 * (line[1] - line[0]).norm());
+        entries.extend(crossings(line, places, inside));
+    }
+    let near = reach.min(FINE * depth);
+    let mut width = 0.0_f64;
+    for pair in start.windows(2) {
+        let [(s, p), (t, q)] = [pair[0], pair[1]];
+        let places = places_along(&[p, q], apart);
+        for k in 0..=places {
+            let g = k as f64 / places as f64;
+            let way = [mix(p, q, g), mix(line[0], line[1], s + g * (t - s))];
+            let rows = places_along(&way, apart).min(ROWS);
+            for row in 0..=rows {
+                let p = mix(way[0], way[1], row as f64 / rows as f64);
+                let off = (on_segment(&p, &line).0 - p).norm();
+                if off > width && inside(&p) {
+                    width = off;
+                }
+            }
+            let passes = crossings(way, rows, inside);
+            let is_entry = |p: &Point| entries.iter().any(|e| (e - p).norm() <= near);
+            let leaves = has_cut && !passes.is_empty() && !inside(&way[1]);
+            if width > reach || leaves || !passes.iter().all(is_entry) {
+                return None;
+            }
+        }
+    }
+    Some(width)
+}
+
+/// Where a line comes out of the body or goes into it, as seen from places along it.
+fn crossings(line: [Point; 2], places: usize, inside: impl Fn(&Point) -> bool) -> Vec<Point> {
+    let at = |k: usize| mix(line[0], line[1], k as f64 / places as f64);
+    let is_in: Vec<bool> = (0..=places).map(|k| inside(&at(k))).collect();
+    let changes = (1..=places).filter(|&k| is_in[k - 1] != is_in[k]);
+    let halved = |k: usize| {
+        let (mut a, mut b) = (at(k - 1), at(k));
+        for _ in 0..HALVINGS {
+            let middle = (a + b) / 2.0;
+            if inside(&middle) == is_in[k] {
+                b = middle;
+            } else {
+                a = middle;
+            }
+        }
+        b
+    };
+    changes.map(halved).collect()
 }
 
 /// How far (of the local size) the end of an incision may lie from the blade that made it: what the method resolves.

@@ -65,7 +65,7 @@ fn mark<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, snap: f64, mix: &[
     let mut stands = cells_stand_at(ws, piece, snap, mix);
     let mut marked = mark_between(ws, piece, &stands, mix)?;
     for kind in [Chip::Slice, Chip::Splinter] {
-        if join_chips(ws, snap, kind, &marked, &mut stands) {
+        if join_chips(ws, piece, snap, kind, &marked, &mut stands) {
             marked = mark_between(ws, piece, &stands, mix)?;
         }
     }
@@ -115,13 +115,18 @@ fn mark_between<const N: usize>(
 /// Lets chips stand with the neighbour behind their largest facet, if that is not a chip itself. Whether there are any.
 fn join_chips<const N: usize>(
     ws: &Workspace<'_, N>,
+    piece: &Piece,
     snap: f64,
     kind: Chip,
     marked: &[FacetSide],
     stands: &mut BTreeMap<CellId, Point>,
 ) -> bool {
-    let along = |c: &CellId| kind != Chip::Slice || ws.mesh().cell(*c).iter().all(|v| ws.on.contains(v));
-    let cells: Vec<CellId> = stands.keys().copied().filter(along).collect();
+    // a vertex that came in within what had come loose before lies beside the sweep
+    let beside = |v: &VertexId| piece.nearest(&ws.position(*v)).distance <= ws.reach(*v, CHIP);
+    let along = |c: &CellId| (ws.mesh().cell(*c).iter()).all(|v| ws.on.contains(v) || beside(v));
+    let cells: Vec<CellId> = (stands.keys().copied())
+        .filter(|c| kind != Chip::Slice || along(c))
+        .collect();
     let closed: BTreeSet<FacetKey> = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
     let (group, count) = ws
         .mesh()

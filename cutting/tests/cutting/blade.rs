@@ -3,7 +3,7 @@
 
 use super::common::*;
 use kerfem_cutting::{Blade, CutOptions, Method, Tip, cut};
-use kerfem_mesh::{BoxTree, Point, TetMesh, quality};
+use kerfem_mesh::{BoxTree, Point, TetMesh, generate, quality};
 
 /// What a motion came to.
 struct Progress {
@@ -404,6 +404,35 @@ fn a_pivot_inside_the_body_keeps_every_invariant() {
                 assert_eq!((p.mesh.pieces().1, p.refused), (before.pieces().1, 0), "{n}");
                 assert!(p.area > 0.2, "{}", p.area);
             }
+        }
+    }
+}
+
+/// Into the top of a beam nearly along itself, along the beam, and out again.
+fn slit() -> Blade {
+    blade(&[
+        (0.0, [0.30, 0.09, 0.40], [0.32, 0.10, 0.22]),
+        (0.06, [0.30, 0.09, 0.28], [0.36, 0.10, 0.08]),
+        (0.18, [0.60, 0.11, 0.28], [0.66, 0.10, 0.08]),
+        (0.24, [0.66, 0.11, 0.40], [0.68, 0.10, 0.22]),
+    ])
+}
+
+#[test]
+fn a_blade_that_goes_in_along_itself_draws_a_slit() {
+    let before = generate::box_tets([1.0, 0.2, 0.2], [15, 3, 3], [0.0; 3]);
+    // what it sweeps under the top: .3 along the beam, .12 deep, and a triangle on its way out
+    let swept = 0.036 + 0.0032;
+    for method in [Method::Subdivide, Method::Hybrid, Method::Collapse, Method::Merge] {
+        for n in [4, 12, 30] {
+            let p = cut_at(&before, &slit(), &equal(&slit(), n), method);
+            println!(
+                "{method:?} {n}: area {:.4} of {swept}, tip {:.2e} d",
+                p.area,
+                p.tip_distance / snap_distance(&before)
+            );
+            assert_eq!((p.mesh.pieces().1, p.refused), (1, 0), "{method:?} {n}");
+            assert!((p.area - swept).abs() < 0.15 * swept, "{method:?} {n}: {}", p.area);
         }
     }
 }
