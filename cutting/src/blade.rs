@@ -37,6 +37,10 @@ const BACK: f64 = 0.25;
 /// Least fraction of the local size within which the end of the incision counts as being at the blade.
 const CLOSE: f64 = 0.02;
 
+/// Of the local size: what a blade that slides along itself may leave uncut, at least and at most. (The surface that it sweeps
+/// nearly folds upon itself: cut exactly, it makes chips.)
+const SLIDE: [f64; 2] = [0.1, 0.2];
+
 /// Of what a method resolves, and of the depth of a blade in the body: how finely a motion is looked at that may be one of the
 /// blade along itself.
 const FINE: f64 = 0.25;
@@ -212,7 +216,7 @@ impl Tip {
         self.fronts.iter().flatten().map(|m| (m.vertex, m.s))
     }
 
-    /// The largest distance (m) from the end of the incision to the blade and, where an end of the blade is inside the body,
+    /// The largest distance (m) from the end of the incision, beside the blade, to it and, where an end of the blade is inside the body,
     /// from that to the end of the incision, in the cutting frame when it got there; zero where the incision does not end at
     /// the blade.
     pub fn distance(&self) -> f64 {
@@ -267,7 +271,7 @@ impl Tip {
             start = self.start(positions);
             size = size_near(mesh, tree, &ruled(&start, line, f64::INFINITY));
         }
-        let finest = resolution_of(options) * size;
+        let finest = resolution_of(options).clamp(SLIDE[0], SLIDE[1]) * size;
         if !due
             && let Some(width) = slides(mesh, tree, positions, &start, line, finest, !self.fronts.is_empty())
             && self.lost + width <= finest
@@ -420,7 +424,8 @@ impl Tip {
                 })
             };
             let ends = [0, 1].map(at_end);
-            let outermost = [1.0, -1.0].map(|sign| outermost(&part, sign, near));
+            let along = |v: VertexId| (near(v).0 * (line[1] - line[0]).norm(), near(v).1);
+            let outermost = [1.0, -1.0].map(|sign| outermost(&part, &joined, sign, along));
             let path = path_between([0, 1].map(|k| ends[k].unwrap_or(outermost[k])), &joined, cost);
             let mut front: Front = path.into_iter().map(mark).collect();
             for (k, end) in [(0, 0), (front.len() - 1, 1)] {
@@ -445,11 +450,20 @@ impl Tip {
     }
 
     fn distance_now<const N: usize>(&self, mesh: &SimplexMesh<N>, tree: &BoxTree, positions: &[Point]) -> f64 {
-        let of_front = self
-            .fronts
-            .iter()
-            .flatten()
-            .map(|m| (on_segment(&m.place, &self.line).0 - m.place).norm());
+        let [from, to] = self.line;
+        let axis = (to - from) / (to - from).norm_squared().max(f64::MIN_POSITIVE);
+        let beside = |w: &[Mark]| {
+            let p = [w[0].place, w[1].place];
+            let s = p.map(|p| axis.dot(&(p - from)));
+            let at = |end: f64| ((end - s[0]) / (s[1] - s[0])).clamp(0.0, 1.0);
+            let within = |k: usize| (0.0..=1.0).contains(&s[k]);
+            // where the edge passes an end of the blade
+            let passes = [0.0, 1.0].map(|end| ((s[0] < end) != (s[1] < end)).then(|| mix(p[0], p[1], at(end))));
+            let ends = [0, 1].map(|k| within(k).then_some(p[k]));
+            let off = |p: Point| (on_segment(&p, &self.line).0 - p).norm();
+            passes.into_iter().chain(ends).flatten().map(off).fold(0.0, f64::max)
+        };
+        let of_front = self.fronts.iter().flat_map(|f| f.windows(2)).map(beside);
         let edges = self.fronts.iter().flat_map(|f| f.windows(2));
         let to_front = |p: &Point| {
             let off = |w: &[Mark]| (on_segment(p, &[w[0].place, w[1].place]).0 - p).norm();
@@ -507,6 +521,10 @@ fn slides<const N: usize>(
         let within = (0..=places).filter(|&k| inside(&mix(line[0], line[1], k as f64 / places as f64)));
         depth = depth.max(within.count() as f64 / places as f64 * (line[1] - line[0]).norm());
         entries.extend(crossings(line, places, inside));
+    }
+    if depth < WAIT * reach {
+        // what is as shallow may have been looked at too roughly
+        return None;
     }
     let near = reach.min(FINE * depth);
     let mut width = 0.0_f64;
@@ -753,15 +771,19 @@ fn lip_behind<const N: usize>(mesh: &SimplexMesh<N>, front: &Front) -> BTreeSet<
     out
 }
 
-/// Edges of some cells at which an incision ends: cut faces meet there, and at rest the material goes all the way round.
+/// Edges of some cells at which an incision ends: one cut face comes to them on each side, and at rest the material goes all the
+/// way round. (To an edge at which the lips hang together within the incision, two come on each side.)
 fn ends_of_incisions<const N: usize>(mesh: &SimplexMesh<N>, cells: &BTreeSet<CellId>) -> BTreeSet<[VertexId; 2]> {
     if N != 4 {
         return BTreeSet::new();
     }
     let of_facet = |[a, b, c]: [VertexId; 3]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
-    let mut edges: BTreeSet<[VertexId; 2]> = lips(mesh, cells).flat_map(of_facet).collect();
-    edges.retain(|e| (angle_around(mesh, *e) - std::f64::consts::TAU).abs() < 1e-6);
-    edges
+    let mut faces: BTreeMap<[VertexId; 2], usize> = BTreeMap::new();
+    for edge in lips(mesh, cells).flat_map(of_facet) {
+        *faces.entry(edge).or_default() += 1;
+    }
+    faces.retain(|e, count| *count <= 2 && (angle_around(mesh, *e) - std::f64::consts::TAU).abs() < 1e-6);
+    faces.into_keys().collect()
 }
 
 /// Sum of the angles at rest (radians) of the tetrahedra around an edge.
@@ -802,14 +824,19 @@ fn connected(joined: &Graph) -> Vec<Vec<VertexId>> {
     parts
 }
 
-/// The vertex that is farthest along the blade (first if `sign` is 1, last if -1), then nearest to it; `place` says where
-/// along the blade a vertex is, and how far from it.
-fn outermost(part: &[VertexId], sign: f64, place: impl Fn(VertexId) -> (f64, f64)) -> VertexId {
+/// The end of a front that is farthest along the blade (first if `sign` is 1, last if -1), less how far it is from it; of those
+/// the nearest. `place` says where along the blade a vertex is (m), and how far from it (m). Where the incision is so narrow that
+/// its other border is as near as this one, the end of that lies farther off.
+fn outermost(part: &[VertexId], joined: &Graph, sign: f64, place: impl Fn(VertexId) -> (f64, f64)) -> VertexId {
     let order = |a: &VertexId, b: &VertexId| {
         let ((s, p), (t, q)) = (place(*a), place(*b));
-        (sign * s).total_cmp(&(sign * t)).then(p.total_cmp(&q)).then(a.cmp(b))
+        (sign * s + p)
+            .total_cmp(&(sign * t + q))
+            .then(p.total_cmp(&q))
+            .then(a.cmp(b))
     };
-    part.iter().copied().min_by(order).unwrap_or(part[0])
+    let ends = part.iter().copied().filter(|v| joined[v].len() == 1).min_by(order);
+    ends.or_else(|| part.iter().copied().min_by(order)).unwrap_or(part[0])
 }
 
 /// The way through a connected graph that costs least.
