@@ -8,7 +8,8 @@
 //!
 //! The paper finds the places where the blade meets edges by events in time (N13, N14), with a matrix that is singular for a
 //! pivoting blade. Here the swept surface is cut along, by exact predicates, so that pivoting, stopped, parallel and crossing
-//! positions need no case of their own; a blade that moves along itself sweeps no area and cuts nothing.
+//! positions need no case of their own. A blade that moves along itself, as one that is stuck in does, sweeps next to no area:
+//! it cuts nothing, and goes on from where it has come to.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -208,7 +209,7 @@ impl Tip {
         let mut lines = self.line.iter().chain(&self.behind).chain(self.back.iter().flatten());
         let mut marks = self.fronts.iter().flatten();
         let fits = |m: &Mark| m.vertex.index() < slots && m.s.is_finite() && is_finite(&m.place);
-        lines.all(is_finite) && marks.all(fits)
+        lines.all(is_finite) && marks.all(fits) && self.lost.is_finite()
     }
 
     /// Vertices at which the incision ends at the blade, with their places along it (0 to 1).
@@ -223,10 +224,10 @@ impl Tip {
         self.distance
     }
 
-    /// What the blade sweeps from here to `line` (m), as a surface to cut along. Nothing if it only moves along itself, or,
-    /// unless it is `due`, by less than the method resolves, or back between the lips of its incision: then this tip stays
-    /// what to go on from. `positions` (m, by vertex slot) are those of the cutting frame as they are now, `tree` holds the
-    /// boxes of the cells.
+    /// What the blade sweeps from here to `line` (m), as a surface to cut along. Nothing, unless it is `due`, if it only moves
+    /// by less than the method resolves or back between the lips of its incision: then this tip stays what to go on from; and
+    /// nothing if it slides along itself: then it has come to `line`. `positions` (m, by vertex slot) are those of the cutting
+    /// frame as they are now, `tree` holds the boxes of the cells.
     ///
     /// A blade that comes forward again cuts from the end of its incision on; one that leaves its incision by another way, or
     /// the body, begins anew from where it was.
@@ -271,10 +272,11 @@ impl Tip {
             start = self.start(positions);
             size = size_near(mesh, tree, &ruled(&start, line, f64::INFINITY));
         }
-        let finest = resolution_of(options).clamp(SLIDE[0], SLIDE[1]) * size;
+        let most = resolution_of(options).clamp(SLIDE[0], SLIDE[1]) * size;
+        let has_cut = !self.fronts.is_empty();
         if !due
-            && let Some(width) = slides(mesh, tree, positions, &start, line, finest, !self.fronts.is_empty())
-            && self.lost + width <= finest
+            && let Some(width) = slides(mesh, tree, positions, &start, line, most, has_cut)
+            && self.lost + width <= most
         {
             let lost = self.lost + width;
             self.arrive(mesh, tree, positions, line, options);
@@ -501,9 +503,9 @@ fn places_along([a, b]: &[Point; 2], apart: f64) -> usize {
     ((b - a).norm() / apart).ceil().clamp(1.0, MOST_PLACES) as usize
 }
 
-/// How far (m) what a motion sweeps inside the body lies from its end, if it only slides along itself: that is within `reach`
-/// (m), and what goes in or out does so about where the blade itself meets the surface of the body, for its depth. So a blade that has
-/// cut nothing yet leaves no bridge between what it passes over and the surface.
+/// How far (m) what a motion sweeps inside the body lies from its end, if the blade only slides along itself: that is within
+/// `reach` (m), and what goes in does so about where the blade itself meets the surface of the body, for its depth, so that no
+/// bridge is left between what it cuts next and the surface. What goes out of an incision (`has_cut`) might leave one too.
 fn slides<const N: usize>(
     mesh: &SimplexMesh<N>,
     tree: &BoxTree,

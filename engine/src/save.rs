@@ -25,7 +25,7 @@ use crate::{AnySimulation, Energies, EngineError, Scene, Simulation, State};
 const MAGIC: &[u8] = b"kerfem save\n";
 
 /// Number of the format; a change of what is stored is a new one.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Length of what stands before the content: magic, format, corners, length, checksum.
 const HEAD: usize = MAGIC.len() + 4 + 4 + 8 + 4;
