@@ -293,7 +293,7 @@ impl Tip {
             points.extend(lip.map(|v| positions[v.index()]));
         }
         // all points come from finite ones, so there is nothing to refuse
-        Sweep::new(points, triangles).map_or_else(|_| Sweep::default(), |(sweep, _)| sweep)
+        Sweep::new(points, triangles).map_or_else(|_| Sweep::default(), |(sweep, _)| sweep.going_on())
     }
 
     /// Whether the way from the end of the incision to `line` leads back between the lips: within 75 degrees on average.
@@ -773,19 +773,15 @@ fn lip_behind<const N: usize>(mesh: &SimplexMesh<N>, front: &Front) -> BTreeSet<
     out
 }
 
-/// Edges of some cells at which an incision ends: one cut face comes to them on each side, and at rest the material goes all the
-/// way round. (To an edge at which the lips hang together within the incision, two come on each side.)
+/// Edges of some cells at which an incision ends: cut faces meet there, and at rest the material goes all the way round.
 fn ends_of_incisions<const N: usize>(mesh: &SimplexMesh<N>, cells: &BTreeSet<CellId>) -> BTreeSet<[VertexId; 2]> {
     if N != 4 {
         return BTreeSet::new();
     }
     let of_facet = |[a, b, c]: [VertexId; 3]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
-    let mut faces: BTreeMap<[VertexId; 2], usize> = BTreeMap::new();
-    for edge in lips(mesh, cells).flat_map(of_facet) {
-        *faces.entry(edge).or_default() += 1;
-    }
-    faces.retain(|e, count| *count <= 2 && (angle_around(mesh, *e) - std::f64::consts::TAU).abs() < 1e-6);
-    faces.into_keys().collect()
+    let mut edges: BTreeSet<[VertexId; 2]> = lips(mesh, cells).flat_map(of_facet).collect();
+    edges.retain(|e| (angle_around(mesh, *e) - std::f64::consts::TAU).abs() < 1e-6);
+    edges
 }
 
 /// Sum of the angles at rest (radians) of the tetrahedra around an edge.

@@ -422,7 +422,7 @@ fn pass<const N: usize>(
             sheet::open(ws, piece, Rule::SnapAlways, snap);
         }
     }
-    if !mark(ws, piece, snap)? {
+    if !mark(ws, piece, snap, sweep.splinter())? {
         ws.restore(save);
         return Ok(false);
     }
@@ -466,9 +466,9 @@ fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64, ru
     sheet::open(ws, piece, rule, present);
 }
 
-fn mark<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Result<bool, Refusal> {
+fn mark<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64, splinter: f64) -> Result<bool, Refusal> {
     let p = piece.triangles()[0][0];
-    separate::mark_sheet(ws, piece, snap).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
+    separate::mark_sheet(ws, piece, snap, splinter).ok_or(Refusal::AmbiguousSides { x: p.x, y: p.y, z: p.z })
 }
 
 /// Cells that Y5 merges away: both measures are beyond what cutting regular cells in halves makes.

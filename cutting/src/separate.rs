@@ -36,8 +36,13 @@ const UNDECIDED: f64 = 0.25;
 
 /// Marks the facets along which the mesh will open, as [`Workspace::sheet`]; whether there are any. `None` if the paths met
 /// edges of the sweep at every attempt.
-pub(crate) fn mark_sheet<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, snap: f64) -> Option<bool> {
-    let marked = MIXES.iter().find_map(|mix| mark(ws, piece, snap, mix))?;
+pub(crate) fn mark_sheet<const N: usize>(
+    ws: &mut Workspace<'_, N>,
+    piece: &Piece,
+    snap: f64,
+    splinter: f64,
+) -> Option<bool> {
+    let marked = MIXES.iter().find_map(|mix| mark(ws, piece, snap, splinter, mix))?;
     ws.sheet = marked.iter().map(|&s| ws.mesh().facet_key(s)).collect();
     Some(!marked.is_empty())
 }
@@ -61,10 +66,16 @@ fn side_of<const N: usize>(ws: &Workspace<'_, N>, key: &FacetKey) -> Option<Face
 }
 
 /// Facets whose two cells lie on different sides, ascending, once no chip comes loose by them.
-fn mark<const N: usize>(ws: &Workspace<'_, N>, piece: &Piece, snap: f64, mix: &[f64; 4]) -> Option<Vec<FacetSide>> {
+fn mark<const N: usize>(
+    ws: &Workspace<'_, N>,
+    piece: &Piece,
+    snap: f64,
+    splinter: f64,
+    mix: &[f64; 4],
+) -> Option<Vec<FacetSide>> {
     let mut stands = cells_stand_at(ws, piece, snap, mix);
     let mut marked = mark_between(ws, piece, &stands, mix)?;
-    for kind in [Chip::Slice, Chip::Splinter] {
+    for kind in [Chip::Slice, Chip::Splinter(splinter)] {
         if join_chips(ws, piece, snap, kind, &marked, &mut stands) {
             marked = mark_between(ws, piece, &stands, mix)?;
         }
@@ -78,9 +89,9 @@ enum Chip {
     /// Cells that the cut runs along on all corners, together thinner than `d`: a slice between two cuts that nearly
     /// coincide, say.
     Slice,
-    /// Cells between cut faces, together smaller than a cube of side `d`: what is between an incision and another that goes
-    /// on from it at an angle.
-    Splinter,
+    /// Cells at a face of an earlier cut, together smaller than a cube of so many `d` a side: what is between an incision and
+    /// another that goes on from it at an angle, say.
+    Splinter(f64),
 }
 
 fn mark_between<const N: usize>(
@@ -155,7 +166,8 @@ fn join_chips<const N: usize>(
         for side in sides(cell) {
             if is_closed(side) {
                 own.surface += facet_area(ws, side);
-                own.is_original |= ws.mesh().facet_labels(cell)[side.local as usize] != FacetLabel::NONE;
+                let is_boundary = ws.mesh().neighbors(cell)[side.local as usize] == CellId::NONE;
+                own.has_lip |= is_boundary && ws.mesh().facet_labels(cell)[side.local as usize] == FacetLabel::NONE;
             } else {
                 own.held |= cells
                     .binary_search(&ws.mesh().neighbors(cell)[side.local as usize])
@@ -202,8 +214,8 @@ struct Loose {
     reach: f64,
     /// Connected to other cells.
     held: bool,
-    /// Reaches the original boundary.
-    is_original: bool,
+    /// Has a face of an earlier cut.
+    has_lip: bool,
     /// Area of the largest marked facet, and where the cell behind it stands.
     largest: f64,
     stand: Option<Point>,
@@ -214,7 +226,7 @@ impl Loose {
         let is_small = match kind {
             // a slice of thickness t has the volume t times half its surface
             Chip::Slice => 2.0 * self.volume < self.reach * self.surface,
-            Chip::Splinter => !self.is_original && self.volume < self.reach.powi(3),
+            Chip::Splinter(side) => self.has_lip && self.volume < (side * self.reach).powi(3),
         };
         !self.held && is_small
     }

@@ -30,6 +30,8 @@ const SEAM: f64 = 1e-9;
 pub struct Sweep {
     pieces: Vec<Piece>,
     planar: bool,
+    /// Whether it goes on from the end of an incision.
+    goes_on: bool,
 }
 
 /// A connected part of a sweep: what one pass of cutting uses.
@@ -57,6 +59,16 @@ impl Sweep {
     /// [`CutError::BadSweep`] for a coordinate that is not finite or an index out of range.
     pub fn new(points: Vec<Point>, triangles: Vec<[usize; 3]>) -> Result<(Sweep, Vec<String>), CutError> {
         Self::build(points, triangles, |_, triangles| triangles == 1)
+    }
+
+    /// Marks what goes on from the end of an incision: its faces meet those of the incision at angles, within `d`.
+    pub(crate) fn going_on(self) -> Sweep {
+        Sweep { goes_on: true, ..self }
+    }
+
+    /// Sides of the cube, in `d`, that a splinter is smaller than which must not come loose.
+    pub(crate) fn splinter(&self) -> f64 {
+        if self.goes_on { 2.0 } else { 1.0 }
     }
 
     /// [`Self::new`] with the edges that are to be border chosen by their points and how many triangles they belong to.
@@ -117,7 +129,11 @@ impl Sweep {
             .into_iter()
             .map(|triangles| Piece::new(&points, &triangles, &is_border))
             .collect();
-        Ok((Sweep { pieces, planar: false }, warnings))
+        let sweep = Sweep {
+            pieces,
+            ..Sweep::default()
+        };
+        Ok((sweep, warnings))
     }
 
     /// A sweep for planar meshes from points (m, `z = 0`) and line segments between them (indices from zero), and warnings

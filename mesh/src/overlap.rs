@@ -75,7 +75,9 @@ fn clipped<const N: usize>(corners: [Point; N], values: [f64; N]) -> Vec<[Point;
     // row: a corner inside; column 0: itself, others: where the edge to a corner outside leaves
     let at = |row: usize, column: usize| {
         let i = inside[row];
-        let Some(o) = column.checked_sub(1).map(|c| outside[c]) else { return corners[i] };
+        let Some(o) = column.checked_sub(1).map(|c| outside[c]) else {
+            return corners[i];
+        };
         corners[i] + (corners[o] - corners[i]) * (values[i] / (values[i] - values[o]))
     };
     let staircases = (0..1_usize << (N - 1)).filter(|steps| steps.count_ones() as usize == outside.len());
@@ -108,7 +110,8 @@ mod tests {
             assert!((shared_volume(b, a) - side.powi(3) / 6.0).abs() < 1e-15);
         }
         assert_eq!(shared_volume(tet(0.0), tet(0.34)), 0.0);
-        let triangle = |x: f64, y: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[a, b]| Point::new(a + x, b + y, 0.0));
+        let triangle =
+            |x: f64, y: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[a, b]| Point::new(a + x, b + y, 0.0));
         assert!((shared_volume(triangle(0.0, 0.0), triangle(0.25, 0.25)) - 0.125).abs() < 1e-15);
         assert!((shared_volume(triangle(0.0, 0.0), triangle(0.0, 0.0)) - 0.5).abs() < 1e-15);
     }

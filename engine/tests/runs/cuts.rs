@@ -254,7 +254,9 @@ fn f32_lips_that_went_through_each_other_are_told() {
             "[[fixed]]\nwhere = 'x < 1e-9'\n[[fixed]]\nwhere = 'x > 1.999'\ndisplacement = [{push}, 0.0, 0.0]\n[time]\nscheme = 'static'\n"
         );
         let mut s = simulation(&box_scene([2.0, 1.0, 1.0], [6, 3, 3], &sections));
-        let record = s.cut_in_frame(Frame::Rest, &blade(1.07), &options(Method::Hybrid)).unwrap();
+        let record = s
+            .cut_in_frame(Frame::Rest, &blade(1.07), &options(Method::Hybrid))
+            .unwrap();
         assert_eq!((record.refused.len(), s.mesh().pieces().1, s.overlap()), (0, 2, 0.0));
         assert!(s.step(1.0).unwrap().converged);
         assert!((s.overlap() - overlap).abs() < 1e-6, "{push}: {}", s.overlap());
