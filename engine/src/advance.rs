@@ -3,9 +3,14 @@
 use std::time::Instant;
 
 use crate::damping::Viscosity;
-use crate::equilibrium::{Body, Goal, Solved, dot};
+use crate::equilibrium::{Body, Goal, Solved, add, dot};
+use crate::simulation::Buffers;
 use crate::supports::{self, FreePiece};
 use crate::{DampingSpec, EngineError, Nonlinear, Simulation};
+
+/// A step of two-step differences may be so many times as long as the one before; a longer one starts anew. (They are stable up
+/// to 1 + sqrt(2).)
+const LARGEST_RATIO: f64 = 2.0;
 
 /// What an implicit step adds to a problem of equilibrium; nothing for statics.
 #[derive(Clone, Copy, Default)]
@@ -88,6 +93,7 @@ impl<const N: usize> Simulation<N> {
     pub(crate) fn backward_euler(&mut self, dt: f64) -> Result<Solved, EngineError> {
         let t = self.state.time_after(dt);
         self.set_load_and_supports(t, t)?;
+        self.set_start(0.0);
         let solved = self.implicit_part(dt, 0.5 * dt)?;
         let before = self.energies;
         let work = self.work_of_step(1.0);
@@ -110,6 +116,8 @@ impl<const N: usize> Simulation<N> {
     pub(crate) fn midpoint(&mut self, dt: f64) -> Result<Solved, EngineError> {
         let t = self.state.time_after(dt);
         self.set_load_and_supports(self.state.time + 0.5 * dt, t)?;
+        self.set_start(0.0);
+        self.set_speed_of_supports(dt)?;
         let mask = self.fixed.mask();
         for (d, p) in self.buffers.prescribed.iter_mut().enumerate().filter(|(d, _)| mask[*d]) {
             *p = 0.5 * (*p + self.state.u[d]);
@@ -121,20 +129,130 @@ impl<const N: usize> Simulation<N> {
         for (d, middle) in self.buffers.solution.iter().enumerate() {
             let (u, v) = (&mut self.state.u[d], &mut self.state.v[d]);
             let half = middle - *u;
-            *v = if mask[d] { 2.0 * half / dt } else { 4.0 * half / dt - *v };
+            *v = if mask[d] {
+                self.buffers.support_speed[d]
+            } else {
+                4.0 * half / dt - *v
+            };
             *u += 2.0 * half;
         }
         self.finish(dt, work, before.kinetic + before.elastic)?;
         Ok(solved)
     }
 
-    /// Solves for the end of a backward Euler step of length `dt`, into `buffers.solution`; `half` of the step of the scheme
-    /// lies half-way through it.
+    /// Newmark's method with beta 1/4 and gamma 1/2: the mean of the forces at both ends changes the velocity, and the mean of
+    /// the velocities the displacement. Damping acts on that mean, so `K` is the same as half-way, see [`crate::damping`].
+    ///
+    /// Twice that mean is balanced at `u'`, which leaves `internal(u')` as it is. The accelerations at both ends follow from the
+    /// states there and are never formed: nothing has to be carried over a cut, or solved for with a consistent mass.
+    pub(crate) fn newmark(&mut self, dt: f64) -> Result<Solved, EngineError> {
+        self.set_loads_and_supports_of_both_ends(dt)?;
+        let clock = Instant::now();
+        let Buffers {
+            force,
+            mean_load,
+            scratch,
+            ..
+        } = &mut self.buffers;
+        self.assembler
+            .internal_force(&self.mesh, self.model, &self.state.u, scratch);
+        for (force, (load, internal)) in force.iter_mut().zip(mean_load.iter().zip(&*scratch)) {
+            *force = 2.0 * load - internal;
+        }
+        self.seconds.assemble += clock.elapsed().as_secs_f64();
+        self.set_start(0.0);
+        self.set_speed_of_supports(dt)?;
+        self.buffers.speed.iter_mut().for_each(|v| *v *= 2.0);
+        let solved = self.implicit_part(0.5 * dt, 0.25 * dt)?;
+        self.equilibrium.halve();
+        let before = self.energies;
+        let work = self.work_of_step(1.0);
+        let mask = self.fixed.mask();
+        for (d, new) in self.buffers.solution.iter().enumerate() {
+            let (u, v) = (&mut self.state.u[d], &mut self.state.v[d]);
+            *v = match mask[d] {
+                true => self.buffers.support_speed[d],
+                false => 2.0 * (new - *u) / dt - *v,
+            };
+            *u = *new;
+        }
+        self.finish(dt, work, before.kinetic + before.elastic)?;
+        Ok(solved)
+    }
+
+    /// Backward differences over two steps, of lengths `dt` and `dt / r`: a backward Euler step of length `g dt` from the state
+    /// extrapolated by `c` times its last increment, `g = (1 + r) / (1 + 2 r)`, `c = r² / (1 + 2 r)`. Where no step is remembered
+    /// it is one of backward Euler, `g = 1`, `c = 0`: an error of the second order, made once.
+    pub(crate) fn bdf2(&mut self, dt: f64) -> Result<Solved, EngineError> {
+        let dofs = self.state.u.len();
+        self.past.du.resize(dofs, 0.0);
+        self.past.dv.resize(dofs, 0.0);
+        let ratio = dt / self.past.dt;
+        let goes_on = self.past.dt > 0.0 && ratio <= LARGEST_RATIO;
+        let (length, increments, half) = match goes_on {
+            true => {
+                let length = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
+                // damping acts at the end, where the extrapolated state gets in this time
+                (length, ratio * ratio / (1.0 + 2.0 * ratio), length)
+            }
+            false => (dt, 0.0, 0.5 * dt),
+        };
+        self.set_loads_and_supports_of_both_ends(dt)?;
+        self.set_start(increments);
+        let solved = self.implicit_part(length, half)?;
+        let before = self.energies;
+        let work = self.work_of_step(1.0);
+        let ends = self.buffers.solution.iter().zip(&self.buffers.start);
+        for (d, (new, start)) in ends.enumerate() {
+            let (u, v) = (&mut self.state.u[d], &mut self.state.v[d]);
+            let speed = (new - start) / length;
+            (self.past.du[d], self.past.dv[d]) = (new - *u, speed - *v);
+            (*u, *v) = (*new, speed);
+        }
+        self.past.dt = dt;
+        self.finish(dt, work, before.kinetic + before.elastic)?;
+        Ok(solved)
+    }
+
+    /// Puts the state, extrapolated by `increments` of the last step, into `buffers.start` and `buffers.speed`.
+    fn set_start(&mut self, increments: f64) {
+        let Buffers { start, speed, .. } = &mut self.buffers;
+        start.copy_from_slice(&self.state.u);
+        speed.copy_from_slice(&self.state.v);
+        if increments != 0.0 {
+            add(start, increments, &self.past.du);
+            add(speed, increments, &self.past.dv);
+        }
+    }
+
+    /// Finds the velocities that supports have at the end of a step, and lets them set out so that their accelerations are
+    /// right: a free dof sets out with the mean velocity of the step less half of what it gains.
+    fn set_speed_of_supports(&mut self, dt: f64) -> Result<(), EngineError> {
+        let t = self.state.time_after(dt);
+        let gain = &mut self.buffers.support_speed;
+        let result = self.fixed.prescribe_gain(&self.mesh, t, dt, gain);
+        result.map_err(|reason| self.stopped(reason))?;
+        let Buffers {
+            prescribed,
+            speed,
+            support_speed,
+            ..
+        } = &mut self.buffers;
+        for d in (0..speed.len()).filter(|d| self.fixed.mask()[*d]) {
+            let mean = (prescribed[d] - self.state.u[d]) / dt;
+            support_speed[d] += mean;
+            speed[d] = mean - 0.5 * (support_speed[d] - speed[d]);
+        }
+        Ok(())
+    }
+
+    /// Solves for the end of a backward Euler step of length `dt` from `buffers.start` and `buffers.speed`, into
+    /// `buffers.solution`; where the speed leads in the time `half`, cells are turned as they are while damping acts.
     fn implicit_part(&mut self, dt: f64, half: f64) -> Result<Solved, EngineError> {
         let DampingSpec { mass, stiffness } = self.scene.material.damping;
         let inertia = (1.0 / dt + mass) / dt;
         let reach = 1.0 / (dt * inertia);
-        let moved = self.state.u.iter().zip(&self.state.v);
+        let moved = self.buffers.start.iter().zip(&self.buffers.speed);
         for (target, (u, v)) in self.buffers.target.iter_mut().zip(moved) {
             *target = u + reach * v;
         }
@@ -159,11 +277,11 @@ impl<const N: usize> Simulation<N> {
             target: &self.buffers.target,
             viscosity: Viscosity {
                 factor: motion.viscosity,
-                start: &self.state.u,
-                velocity: &self.state.v,
+                start: &self.buffers.start,
+                velocity: &self.buffers.speed,
                 half: motion.half,
             },
-            load: &self.buffers.load,
+            load: &self.buffers.force,
             fixed: held.unwrap_or(self.fixed.mask()),
             prescribed: &self.buffers.prescribed,
             tolerance: self.scene.solver.tolerance,
@@ -185,17 +303,35 @@ impl<const N: usize> Simulation<N> {
     }
 
     /// The loads at one time and the prescribed displacements at another.
-    fn set_load_and_supports(&mut self, load_time: f64, support_time: f64) -> Result<(), EngineError> {
+    pub(crate) fn set_load_and_supports(&mut self, load_time: f64, support_time: f64) -> Result<(), EngineError> {
         let clock = Instant::now();
         self.form_load(load_time)?;
         let prescribed = &mut self.buffers.prescribed;
         let result = self.fixed.prescribe(&self.mesh, support_time, prescribed);
+        let Buffers {
+            load, force, mean_load, ..
+        } = &mut self.buffers;
+        force.copy_from_slice(load);
+        mean_load.copy_from_slice(load);
         self.seconds.assemble += clock.elapsed().as_secs_f64();
         result.map_err(|reason| self.stopped(reason))
     }
 
+    /// The loads and the prescribed displacements at the end of a step, and the mean of the loads at both ends.
+    fn set_loads_and_supports_of_both_ends(&mut self, dt: f64) -> Result<(), EngineError> {
+        self.form_load(self.state.time)?;
+        self.buffers.scratch.copy_from_slice(&self.buffers.load);
+        let t = self.state.time_after(dt);
+        self.set_load_and_supports(t, t)?;
+        let Buffers { mean_load, scratch, .. } = &mut self.buffers;
+        for (mean, earlier) in mean_load.iter_mut().zip(&*scratch) {
+            *mean = 0.5 * (*mean + earlier);
+        }
+        Ok(())
+    }
+
     /// The external load at a time, unless it is known.
-    fn form_load(&mut self, t: f64) -> Result<(), EngineError> {
+    pub(crate) fn form_load(&mut self, t: f64) -> Result<(), EngineError> {
         let known = self
             .buffers
             .load_time
@@ -219,13 +355,13 @@ impl<const N: usize> Simulation<N> {
             .iter()
             .zip(&self.state.u)
             .map(|(new, u)| factor * (new - u));
-        let forces = self.buffers.load.iter().zip(unbalanced).zip(mask);
+        let forces = self.buffers.mean_load.iter().zip(unbalanced).zip(mask);
         let forces = forces.map(|((load, unbalanced), fixed)| if *fixed { load - unbalanced } else { *load });
         moved.zip(forces).map(|(du, f)| du * f).sum()
     }
 
     /// Moves the clock and closes the balance of energy.
-    fn finish(&mut self, dt: f64, work: f64, mechanical_before: f64) -> Result<(), EngineError> {
+    pub(crate) fn finish(&mut self, dt: f64, work: f64, mechanical_before: f64) -> Result<(), EngineError> {
         self.state.advance_clock(dt);
         self.measure_energies()?;
         self.energies.dissipated += work - (self.energies.kinetic + self.energies.elastic - mechanical_before);

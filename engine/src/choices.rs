@@ -61,6 +61,7 @@ pub(crate) fn locking(scene: &Scene, choices: &mut Choices) {
 /// The linear solver for so many unknowns.
 pub(crate) fn solver(scene: &Scene, model: Model, unknowns: usize, choices: &mut Choices) -> LinearSolver {
     let statics = scene.time.scheme == Scheme::Static;
+    let explicit = scene.time.scheme == Scheme::CentralDifference;
     let kind = match scene.solver.kind {
         SolverName::Cg => SolverKind::Cg,
         SolverName::Cholesky => SolverKind::Cholesky,
@@ -69,6 +70,8 @@ pub(crate) fn solver(scene: &Scene, model: Model, unknowns: usize, choices: &mut
             note(choices, "solver.kind", "cholesky", why);
             SolverKind::Cholesky
         }
+        // nothing is solved, so nothing is chosen
+        SolverName::Auto if explicit => SolverKind::Cg,
         SolverName::Auto => {
             let why = match statics {
                 true => format!("statics with {unknowns} unknowns, above {DIRECT} factors are too large"),
@@ -97,7 +100,7 @@ pub(crate) fn solver(scene: &Scene, model: Model, unknowns: usize, choices: &mut
                     "a third of the iterations of block-jacobi, and made anew at little cost in each step",
                 ),
             };
-            if kind == SolverKind::Cg {
+            if kind == SolverKind::Cg && !explicit {
                 note(choices, "solver.preconditioner", name, why.into());
             }
             chosen

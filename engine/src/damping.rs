@@ -4,7 +4,7 @@
 //! half-way through the step as its velocities foretell it, at `u + dt/2 v`, and stay as they are while the step is
 //! solved. So `K` is symmetric and positive semidefinite, the step is still a minimum of energy, and a body that only turns
 //! meets no force: with the rotation half-way between two positions of a rigid body, `R^T (x' - x)` is an infinitesimal
-//! rotation, whose strain is zero. The rotation foretold differs from the one half-way by terms of the third order in `dt`.
+//! rotation, whose strain is zero. (Two-step differences damp at the end of the step, with the rotations foretold there.) The rotation foretold differs from the one half-way by terms of the third order in `dt`.
 //! Linear momentum is never touched; angular momentum is by torques of the order of the strain times the damping stress,
 //! since stresses are turned by `R` alone. The linear model has no rotations; its `K` is the stiffness at rest.
 
@@ -17,11 +17,11 @@ use crate::equilibrium::{Body, dot};
 pub(crate) struct Viscosity<'a> {
     /// Damping over the time from `start` to the `u` that is sought, `beta / dt`; zero without damping.
     pub(crate) factor: f64,
-    /// Displacements at the start of the step (m).
+    /// Displacements that the step sets out from (m).
     pub(crate) start: &'a [f64],
-    /// Velocities at the start of the step (m/s).
+    /// Velocities that it sets out with (m/s).
     pub(crate) velocity: &'a [f64],
-    /// Half the length of the step (s).
+    /// When they lead to where cells are turned as they are while damping acts (s); for most schemes half-way.
     pub(crate) half: f64,
 }
 

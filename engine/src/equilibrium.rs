@@ -38,7 +38,7 @@ pub(crate) struct Goal<'a> {
     pub(crate) target: &'a [f64],
     /// Damping by stiffness.
     pub(crate) viscosity: Viscosity<'a>,
-    /// Nodal forces (N).
+    /// Nodal forces (N): loads, and for a scheme that balances forces of both ends of a step what those at its start leave.
     pub(crate) load: &'a [f64],
     /// Which dofs are prescribed.
     pub(crate) fixed: &'a [bool],
@@ -143,6 +143,18 @@ impl Equilibrium {
     /// Whether forces were balanced since the mesh changed.
     pub(crate) fn is_balanced(&self) -> bool {
         self.balanced
+    }
+
+    /// The forces that were balanced were twice what acts: halves [`Self::unbalanced`] and [`Self::force_scale`].
+    pub(crate) fn halve(&mut self) {
+        self.residual.iter_mut().for_each(|r| *r *= 0.5);
+        self.scale *= 0.5;
+    }
+
+    /// Takes note of forces that were balanced elsewhere: see [`Self::unbalanced`] and [`Self::force_scale`].
+    pub(crate) fn note(&mut self, unbalanced: &[f64], scale: f64) {
+        self.residual.copy_from_slice(unbalanced);
+        (self.scale, self.balanced) = (scale, true);
     }
 
     /// Takes back what [`Self::unbalanced`], [`Self::force_scale`] and [`Self::is_balanced`] gave.
@@ -456,6 +468,6 @@ fn free_norm(a: &[f64], fixed: &[bool]) -> f64 {
     dot_free(a, a, fixed).sqrt()
 }
 
-fn add(u: &mut [f64], factor: f64, du: &[f64]) {
+pub(crate) fn add(u: &mut [f64], factor: f64, du: &[f64]) {
     u.iter_mut().zip(du).for_each(|(u, du)| *u += factor * du);
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::{self, FrameList, Frames, StepTable, export_system, write_state};
 use crate::report::{CutRecord, MeshFigures, Seconds, SolverFigures, VerifyFigures};
-use crate::{AnySimulation, Choices, EngineError, Scene, Scheme, Simulation, StepInfo};
+use crate::{AnySimulation, Choices, EngineError, Scene, Simulation, StepInfo};
 
 /// How a scene is run.
 #[derive(Clone, Debug, Default)]
@@ -284,7 +284,7 @@ fn advance<const N: usize>(
     let time = simulation.scene.time.clone();
     let last = time.end.unwrap_or(0.0);
     let end = options.until.map_or(last, |until| until.min(last));
-    let steps_in_time = matches!(time.scheme, Scheme::BackwardEuler | Scheme::Midpoint);
+    let steps_in_time = time.scheme.steps();
     let dt = if steps_in_time { time.dt.unwrap_or(last) } else { end };
     let slack = 1e-9 * dt;
     if steps_in_time && simulation.state.step == 0 {

@@ -15,12 +15,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::blades::{self, MovingBlade, StoredBlade};
 use crate::conditions::{FixedDofs, FixedSet, Loads};
+use crate::past::Past;
 use crate::pending::{self, StoredCut};
 use crate::probes::Probes;
 use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
 use crate::scene::source::Source;
 use crate::simulation::{Backlog, Parts};
-use crate::{AnySimulation, Energies, EngineError, Scene, Simulation, State};
+use crate::{AnySimulation, Energies, EngineError, Scene, Scheme, Simulation, State};
 
 const MAGIC: &[u8] = b"kerfem save\n";
 
@@ -45,6 +46,7 @@ struct Content<'a, const N: usize, Extra: Clone> {
     loads: Cow<'a, Loads>,
     probes: Vec<Option<CellId>>,
     state: Cow<'a, State>,
+    past: Cow<'a, Past>,
     pending: Vec<StoredCut>,
     backlog: Cow<'a, [Backlog]>,
     blades: Vec<StoredBlade>,
@@ -85,6 +87,7 @@ impl<const N: usize> Simulation<N> {
             loads: Cow::Borrowed(&self.loads),
             probes: self.probes.cells(),
             state: Cow::Borrowed(&self.state),
+            past: Cow::Borrowed(&self.past),
             pending: self.pending.iter().map(|c| c.stored.clone()).collect(),
             backlog: Cow::Borrowed(&self.backlog),
             blades: self.blades.iter().map(MovingBlade::stored).collect(),
@@ -136,6 +139,7 @@ impl<const N: usize> Simulation<N> {
         let fits = regions.len() == mesh.cell_slots()
             && regions.iter().all(|&r| r as usize <= scene.region.len())
             && [state.u.len(), state.v.len(), content.unbalanced.len()] == [dofs; 3]
+            && content.past.fits(dofs)
             && state.u.iter().chain(&state.v).all(|x| x.is_finite())
             && content.fixed.len() == scene.fixed.len()
             && loads.len() == scene.load.len()
@@ -155,6 +159,10 @@ impl<const N: usize> Simulation<N> {
             unknowns: Some(content.unknowns),
         };
         let mut simulation = Self::assembled(scene, parts)?;
+        // what another scheme than the next one remembers is of another step than the last
+        if simulation.scene.time.scheme == Scheme::Bdf2 {
+            simulation.past = content.past.into_owned();
+        }
         simulation.backlog = content.backlog.into_owned();
         simulation.pinched = content.pinched.into_owned();
         simulation.energies = content.energies;

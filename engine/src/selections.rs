@@ -202,9 +202,8 @@ impl<const N: usize> Simulation<N> {
 
     /// What will come to nothing as far as the start can tell: cuts after the last step begins.
     pub(crate) fn late_cuts(&self) -> Vec<String> {
-        let (Scheme::BackwardEuler | Scheme::Midpoint, Some(dt), Some(end)) =
-            (self.scene.time.scheme, self.scene.time.dt, self.scene.time.end)
-        else {
+        let time = &self.scene.time;
+        let (true, Some(dt), Some(end)) = (time.scheme.steps(), time.dt, time.end) else {
             return Vec::new();
         };
         let last = ((end / dt - 1e-9).ceil() - 1.0).max(0.0) * dt;

@@ -14,7 +14,9 @@ use crate::conditions::{FixedDofs, Loads};
 use crate::cutter::Cutter;
 use crate::energies::Energies;
 use crate::equilibrium::{Body, Equilibrium};
+use crate::explicit::Explicit;
 use crate::input::{self, AnyInput, MeshInput};
+use crate::past::Past;
 use crate::pending::{self, PendingCut};
 use crate::probes::Probes;
 use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
@@ -29,7 +31,7 @@ pub struct StepInfo {
     pub time: f64,
     /// Its length (s).
     pub dt: f64,
-    /// Iterations of the linear solver.
+    /// Iterations of the linear solver; of "central-difference", which solves nothing, the steps this one was made of.
     pub iterations: usize,
     /// Newton steps.
     pub newton_steps: usize,
@@ -62,6 +64,9 @@ pub struct Simulation<const N: usize = 4> {
     pub(crate) loads: Loads,
     pub(crate) probes: Probes<N>,
     pub(crate) state: State,
+    /// What "bdf2" remembers.
+    pub(crate) past: Past,
+    pub(crate) explicit: Explicit,
     pub(crate) energies: Energies,
     pub(crate) equilibrium: Equilibrium,
     pub(crate) solver: LinearSolver,
@@ -105,8 +110,17 @@ pub(crate) struct Buffers {
     /// External load (N) at the time it was last computed for, until a cut.
     pub(crate) load: Vec<f64>,
     pub(crate) load_time: Option<f64>,
+    /// The load whose work is counted over the step (N).
+    pub(crate) mean_load: Vec<f64>,
+    /// What balances internal forces, besides inertia and damping (N).
+    pub(crate) force: Vec<f64>,
     /// Prescribed displacements (m) on fixed dofs.
     pub(crate) prescribed: Vec<f64>,
+    /// Displacements (m) and velocities (m/s) that the step sets out from.
+    pub(crate) start: Vec<f64>,
+    pub(crate) speed: Vec<f64>,
+    /// Velocities (m/s) of fixed dofs at the end of the step.
+    pub(crate) support_speed: Vec<f64>,
     /// Where inertia alone leads (m).
     pub(crate) target: Vec<f64>,
     /// Solution of a step (m).
@@ -118,6 +132,11 @@ impl Buffers {
     fn resize(&mut self, dofs: usize) {
         for field in [
             &mut self.load,
+            &mut self.mean_load,
+            &mut self.force,
+            &mut self.start,
+            &mut self.speed,
+            &mut self.support_speed,
             &mut self.prescribed,
             &mut self.target,
             &mut self.solution,
@@ -234,6 +253,8 @@ impl<const N: usize> Simulation<N> {
             loads: parts.loads,
             probes: parts.probes,
             state: parts.state,
+            past: Past::default(),
+            explicit: Explicit::default(),
             energies: Energies::default(),
             solver,
             buffers: Buffers::default(),
@@ -281,6 +302,9 @@ impl<const N: usize> Simulation<N> {
             Scheme::Static => self.find_equilibrium(dt)?,
             Scheme::BackwardEuler => self.backward_euler(dt)?,
             Scheme::Midpoint => self.midpoint(dt)?,
+            Scheme::Newmark => self.newmark(dt)?,
+            Scheme::Bdf2 => self.bdf2(dt)?,
+            Scheme::CentralDifference => self.central_difference(dt)?,
         };
         self.state.step += 1;
         self.seconds.assemble += solved.assemble_seconds;
@@ -474,6 +498,8 @@ impl<const N: usize> Simulation<N> {
         self.solver.pattern_changed();
         self.buffers.resize(self.state.u.len());
         self.equilibrium.mesh_changed(self.state.u.len());
+        self.past.forget(self.state.u.len());
+        self.explicit.follow(&self.mesh, &self.assembler, change);
         followed.rows = touched.rows;
         followed.cells = touched.cells;
         let state = &mut self.state;

@@ -5,7 +5,7 @@
 
 use kerfem_mesh::Point;
 use kerfem_mesh::quality::cell_volume;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::small::{Block, times};
 use crate::{FemError, Material};
@@ -118,6 +118,26 @@ impl<const N: usize> Element<N> {
         0.5 * self.volume * p.iter().zip(h).map(|(p, h)| p * h).sum::<f64>()
     }
 
+    /// Largest eigenvalue (1/s²) of the rest stiffness against the lumped mass of the cell alone.
+    ///
+    /// With `S = sum g_a g_a^T`, of eigenvalues `s`, the nonzero eigenvalues of `Ke / V` are those of `stress -> C sym(stress S)`
+    /// for symmetric matrices: in the eigenbasis of `S` shears part, with `mu (s_i + s_j)`, from normal components, with
+    /// `2 mu diag(s) + lambda sqrt(s) sqrt(s)^T`.
+    pub(crate) fn largest_eigenvalue(&self) -> f64 {
+        let gram: Matrix3<f64> = self
+            .gradients
+            .iter()
+            .map(|g| Vector3::from(*g))
+            .map(|g| g * g.transpose())
+            .sum();
+        let s = gram.symmetric_eigenvalues().map(|s| s.max(0.0));
+        let root = s.map(f64::sqrt);
+        let normal = Matrix3::from_diagonal(&s) * (2.0 * self.mu) + root * root.transpose() * self.lambda;
+        let shear = self.mu * (s.sum() - s.min());
+        let largest = normal.symmetric_eigenvalues().max().max(shear);
+        N as f64 * self.volume * largest / self.mass
+    }
+
     /// Stiffness blocks of corner `a` at rest, `K_ab = V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I)` (N/m).
     #[inline(always)]
     pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<'_, N> {
@@ -217,5 +237,34 @@ mod tests {
             Err(FemError::InvertedCell { cell: 17, volume }) => assert!((volume + 1.0 / 6.0).abs() < 1e-15),
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn the_largest_eigenvalue_is_that_of_the_matrix() {
+        let p = [
+            Point::new(0.1, 0.0, 0.2),
+            Point::new(1.0, 0.1, 0.0),
+            Point::new(0.2, 0.9, 0.1),
+            Point::new(0.0, 0.2, 1.1),
+        ];
+        let flat = [0, 1, 2].map(|k| Point::new(p[k].x, p[k].y, 0.0));
+        for poisson in [-0.9, -0.3, 0.0, 0.3, 0.499] {
+            let material = Material::new(2.0, poisson, 3.0).unwrap();
+            check_largest_eigenvalue(&Element::new(0, &p, &material).unwrap());
+            let sheet = material.in_plane(crate::Plane::Stress, 0.1).unwrap();
+            check_largest_eigenvalue(&Element::new(0, &flat, &sheet).unwrap());
+        }
+    }
+
+    fn check_largest_eigenvalue<const N: usize>(e: &Element<N>) {
+        let unit = |d: usize| {
+            let mut u = [[0.0; 3]; N];
+            u[d / 3][d % 3] = 1.0;
+            u
+        };
+        let column = |d: usize| e.corner_forces(&e.linear_stress(&e.displacement_gradient(&unit(d))));
+        let stiffness = nalgebra::DMatrix::from_fn(3 * N, 3 * N, |i, d| column(d)[i / 3][i % 3]);
+        let exact = stiffness.symmetric_eigenvalues().max() * N as f64 / e.mass;
+        assert!((e.largest_eigenvalue() / exact - 1.0).abs() < 1e-12);
     }
 }

@@ -216,18 +216,46 @@ impl<const N: usize> FixedDofs<N> {
     /// # Errors
     /// The vertex and the expression that has no finite value.
     pub(crate) fn prescribe(&self, mesh: &SimplexMesh<N>, t: f64, u: &mut [f64]) -> Result<(), String> {
+        self.evaluate(|dof, displacement| {
+            u[dof] = displacement.value(&mesh.rest_positions()[dof / 3], t);
+            u[dof]
+        })
+    }
+
+    /// By how much the velocities (m/s) of the prescribed dofs at time `t` exceed their mean over the `dt` before, to the second
+    /// order in `dt`: from displacements at both ends of that time and half-way.
+    pub(crate) fn prescribe_gain(
+        &self,
+        mesh: &SimplexMesh<N>,
+        t: f64,
+        dt: f64,
+        gain: &mut [f64],
+    ) -> Result<(), String> {
+        self.evaluate(|dof, displacement| {
+            let at = |t: f64| displacement.value(&mesh.rest_positions()[dof / 3], t);
+            gain[dof] = match displacement.uses_time() {
+                true => 2.0 * (at(t) - 2.0 * at(t - 0.5 * dt) + at(t - dt)) / dt,
+                false => 0.0,
+            };
+            gain[dof]
+        })
+    }
+
+    /// Lets `value` see each prescribed dof and its displacement.
+    ///
+    /// # Errors
+    /// The first value that is not finite, in words.
+    fn evaluate(&self, mut value: impl FnMut(usize, &Expression) -> f64) -> Result<(), String> {
         for (v, owners) in self.owner.iter().enumerate().filter(|(_, o)| **o != [FREE; 3]) {
-            let place = mesh.rest_positions()[v];
             for (axis, &owner) in owners.iter().enumerate() {
                 let Some(set) = self.sets.get(owner as usize) else {
                     continue;
                 };
-                let value = set.displacement[axis].value(&place, t);
-                if !value.is_finite() {
-                    let text = set.displacement[axis].shown();
+                let displacement = &set.displacement[axis];
+                if !value(3 * v + axis, displacement).is_finite() {
+                    let text = displacement.shown();
                     return Err(format!("the displacement \"{text}\" of vertex {v} has no finite value"));
                 }
-                u[3 * v + axis] = value;
             }
         }
         Ok(())

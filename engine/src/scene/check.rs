@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use kerfem_fem::Material;
 
 use super::{
-    Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MaterialSpec, NodalForces, QuantitySpec, Scene, Scheme,
+    Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MassKind, MaterialSpec, NodalForces, QuantitySpec,
+    Scene, Scheme,
 };
 use crate::EngineError;
 
@@ -345,7 +346,7 @@ impl Scene {
         for (key, value) in [("dt", t.dt), ("end", t.end)] {
             match value {
                 Some(v) => self.positive("time", 0, key, v)?,
-                None if matches!(t.scheme, Scheme::BackwardEuler | Scheme::Midpoint) => {
+                None if t.scheme.steps() => {
                     return self.fail(
                         "time",
                         0,
@@ -355,6 +356,11 @@ impl Scene {
                 }
                 None => {}
             }
+        }
+        if t.scheme == Scheme::CentralDifference && self.model.mass == MassKind::Consistent {
+            let message = "\"consistent\" is not accepted with scheme = \"central-difference\", which solves no system; accepted: \
+                           \"lumped\"";
+            return self.fail("model", 0, "mass", message);
         }
         match (t.dt, t.end) {
             (Some(dt), Some(end)) if end / dt > 1e9 => {

@@ -368,6 +368,20 @@ pub enum Scheme {
     BackwardEuler,
     /// Second order, keeps momenta.
     Midpoint,
+    /// Average acceleration (beta 1/4, gamma 1/2): second order, keeps linear momentum, and of a linear body the energy.
+    Newmark,
+    /// Two-step backward differences: second order, damps what the step does not resolve. Starts, and starts anew after each
+    /// change by a cut, with a step of backward Euler.
+    Bdf2,
+    /// Explicit, lumped mass: second order, keeps momenta. A step longer than what is stable is made of several.
+    CentralDifference,
+}
+
+impl Scheme {
+    /// Whether it goes from one time to the next by steps of `dt`.
+    pub(crate) fn steps(self) -> bool {
+        !matches!(self, Scheme::Static | Scheme::Evaluate)
+    }
 }
 
 /// How far each implicit step is solved.

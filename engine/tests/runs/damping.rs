@@ -147,10 +147,15 @@ fn decay_rate(mode: &Mode) -> (f64, f64) {
 }
 
 /// Checks the decay over a period at three step lengths, and the order in which its error falls.
-fn check_decay<const N: usize>(mode: &Mode, mut start: impl FnMut() -> Simulation<N>, order: f64, what: &str) {
+fn check_decay<const N: usize>(
+    mode: &Mode,
+    mut start: impl FnMut() -> Simulation<N>,
+    (order, steps): (f64, usize),
+    what: &str,
+) {
     let (zeta, omega) = decay_rate(mode);
     let exact = (-zeta * 2.0 * std::f64::consts::PI / omega).exp();
-    let errors = [40, 80, 160].map(|steps| (decay(&mut start(), mode, steps) / exact).ln().abs());
+    let errors = [1, 2, 4].map(|k| (decay(&mut start(), mode, k * steps) / exact).ln().abs());
     let orders = [0, 1].map(|k| (errors[k] / errors[k + 1]).log2());
     println!("{what}: decay {exact:.5} a period, errors of its logarithm {errors:.6?}, orders {orders:.3?}");
     assert!(
@@ -182,10 +187,14 @@ fn planar(text: &str, folder: &Path) -> Simulation<3> {
     }
 }
 
-const SCHEMES: [(&str, f64); 3] = [
-    ("backward-euler", 1.0),
-    ("backward-euler'\nnonlinear = 'one-step", 1.0),
-    ("midpoint", 2.0),
+/// Schemes, their orders, and into how many steps a period is divided at first.
+const SCHEMES: [(&str, f64, usize); 6] = [
+    ("backward-euler", 1.0, 40),
+    ("backward-euler'\nnonlinear = 'one-step", 1.0, 40),
+    ("midpoint", 2.0, 40),
+    ("newmark", 2.0, 40),
+    ("bdf2", 2.0, 640),
+    ("central-difference", 2.0, 320),
 ];
 
 #[test]
@@ -195,17 +204,25 @@ fn a_bar_in_its_slowest_mode_decays_as_both_kinds_of_damping_say() {
     let strip = generate::rect_triangles([LENGTH, 0.3], [6, 2], [0.0; 2]).unwrap();
     for model in ["linear", "corotated"] {
         for mass in [MassKind::Lumped, MassKind::Consistent] {
-            for (scheme, order) in SCHEMES {
+            for (scheme, order, steps) in SCHEMES {
+                if scheme == "central-difference" && mass == MassKind::Consistent {
+                    continue;
+                }
                 let (mode, text) = bar(&mesh, model, mass, folder.path());
                 let continuous = YOUNG / DENSITY * (std::f64::consts::PI / (2.0 * LENGTH)).powi(2);
                 assert!((mode.omega_squared / continuous - 1.0).abs() < 0.03, "a bar");
                 let text = with_time(&text, scheme);
                 let what = format!("{model} {mass:?} {scheme:?}");
-                check_decay(&mode, || solid(&text, folder.path()), order, &what);
+                check_decay(&mode, || solid(&text, folder.path()), (order, steps), &what);
 
                 let (mode, text) = bar(&strip, model, mass, folder.path());
                 let text = with_time(&text, scheme);
-                check_decay(&mode, || planar(&text, folder.path()), order, &format!("planar {what}"));
+                check_decay(
+                    &mode,
+                    || planar(&text, folder.path()),
+                    (order, steps),
+                    &format!("planar {what}"),
+                );
             }
         }
     }
@@ -248,7 +265,7 @@ fn what_damping_takes_is_what_the_ledger_says() {
 fn a_support_feels_the_damping() {
     // a spring and a dashpot side by side: force = k (u + beta u'), k = E A / L
     for model in ["linear", "corotated"] {
-        for scheme in ["backward-euler", "midpoint"] {
+        for scheme in ["backward-euler", "midpoint", "newmark", "bdf2"] {
             let text = format!(
                 "name = 'pull'\n[mesh]\nbox = {{ size = [2, 1, 1], cells = [2, 1, 1] }}\n[material]\nyoung = 1e5\npoisson = 0\n\
                  density = 1e-6\ndamping = {{ stiffness = 0.2 }}\n[model]\nkind = '{model}'\n[[fixed]]\nwhere = 'x < 1e-9'\n\
@@ -258,8 +275,9 @@ fn a_support_feels_the_damping() {
             );
             let mut s = simulation(&text);
             (0..10).for_each(|_| assert!(s.step(0.05).unwrap().converged));
-            // midpoint balances forces half-way
-            let t = if scheme == "midpoint" { 0.475 } else { 0.5 };
+            // these balance forces half-way
+            let half_way = ["midpoint", "newmark"].contains(&scheme);
+            let t = if half_way { 0.475 } else { 0.5 };
             let (pull, wanted) = (s.quantities()["pull"].unwrap(), 5e4 * 1e-3 * (t + 0.2));
             assert!((pull / wanted - 1.0).abs() < 1e-6, "{model} {scheme}: {pull} {wanted}");
         }
@@ -414,7 +432,14 @@ fn a_damped_body_is_cut_in_flight() {
 #[test]
 fn a_warm_damped_step_allocates_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    for (scheme, model) in [("backward-euler", "linear"), ("midpoint", "corotated")] {
+    let schemes = [
+        ("backward-euler", "linear"),
+        ("midpoint", "corotated"),
+        ("newmark", "corotated"),
+        ("bdf2", "linear"),
+        ("central-difference", "corotated"),
+    ];
+    for (scheme, model) in schemes {
         let more = format!("[model]\nkind = '{model}'\n");
         let mut s = simulation(&in_space(&moving(SLAB, scheme, &more)));
         let counted = pool.install(|| {

@@ -10,6 +10,7 @@ mod nodal_loads;
 mod planar;
 mod planar_cuts;
 mod saves;
+mod schemes;
 mod statics;
 mod surfaces;
 

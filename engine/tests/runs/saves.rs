@@ -64,6 +64,10 @@ fn a_restored_simulation_goes_on_with_the_same_bits() {
         ("backward-euler", "one-step", "corotated", "cg", "lumped"),
         ("midpoint", "newton", "corotated", "cholesky", "consistent"),
         ("midpoint", "newton", "linear", "cg", "lumped"),
+        ("newmark", "newton", "corotated", "cg", "consistent"),
+        ("bdf2", "newton", "corotated", "cg", "lumped"),
+        ("bdf2", "one-step", "corotated", "cholesky", "lumped"),
+        ("central-difference", "newton", "corotated", "cg", "lumped"),
     ];
     for (scheme, nonlinear, model, solver, mass) in schemes {
         let time = format!(

@@ -156,7 +156,7 @@ const WORDS: [&str; 60] = [
 ];
 
 /// What a key may be given in place of its value.
-const VALUES: [&str; 40] = [
+const VALUES: [&str; 42] = [
     "0",
     "-1",
     "1",
@@ -187,6 +187,8 @@ const VALUES: [&str; 40] = [
     "'static'",
     "'evaluate'",
     "'midpoint'",
+    "'bdf2'",
+    "'central-difference'",
     "'linear'",
     "'uz'",
     "'z'",

@@ -276,11 +276,11 @@ pub(crate) const KEYS: &[Row] = &[
         ],
     ),
     (
-        "a scheme that is not available yet",
-        "'backward-euler'",
-        "'newmark'",
-        "scene.toml:13: time.scheme",
-        &["\"newmark\" is not available yet; accepted: \"static\""],
+        "consistent mass where no system is solved",
+        "[time]\nscheme = 'backward-euler'",
+        "[model]\nmass = 'consistent'\n[time]\nscheme = 'central-difference'",
+        "scene.toml:13: model.mass",
+        &["\"consistent\" is not accepted", "accepted: \"lumped\""],
     ),
     (
         "a choice in capitals",
