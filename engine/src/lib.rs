@@ -47,6 +47,7 @@ mod expression;
 pub mod geometry;
 mod input;
 mod jump;
+pub mod modes;
 mod momentum;
 mod nearest;
 pub mod output;

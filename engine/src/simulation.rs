@@ -334,7 +334,7 @@ impl<const N: usize> Simulation<N> {
         })
     }
 
-    fn cut_what_is_due(&mut self, dt: f64) -> Result<f64, EngineError> {
+    pub(crate) fn cut_what_is_due(&mut self, dt: f64) -> Result<f64, EngineError> {
         let clock = Instant::now();
         self.work_on_backlog()?;
         let at_once = matches!(self.scene.time.scheme, Scheme::Static | Scheme::Evaluate);

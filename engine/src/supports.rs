@@ -113,6 +113,19 @@ impl FreePiece {
         Some(piece)
     }
 
+    /// The rigid motions that are free, as displacements of all of so many dofs; rotations as displacements of small ones.
+    pub(crate) fn motion_fields<'a, const N: usize>(
+        &'a self,
+        mesh: &'a SimplexMesh<N>,
+        dofs: usize,
+    ) -> impl Iterator<Item = Vec<f64>> + 'a {
+        self.motions.iter().map(move |q| {
+            let mut field = vec![0.0; dofs];
+            self.rows(mesh).for_each(|(dof, row)| field[dof] = q.dot(&row));
+            field
+        })
+    }
+
     fn rows<'a, const N: usize>(
         &'a self,
         mesh: &'a SimplexMesh<N>,

@@ -353,3 +353,36 @@ fn quality_lists_what_a_scene_can_name() {
     let found: serde_json::Value = serde_json::from_slice(&json).unwrap();
     assert!(found["groups"]["body"]["tetrahedra"].as_u64().unwrap() > 0, "{found}");
 }
+
+#[test]
+fn modes_are_listed_and_written() {
+    let scene = "name = 'cube'\n[mesh]\nbox = { size = [1, 1, 1], cells = [2, 2, 2] }\n[material]\nyoung = 1e5\npoisson = 0.3\n\
+        density = 1000\n";
+    let folder = folder_with(scene);
+    let output = kerfem(folder.path(), &["modes", "scene.toml", "--count", "6"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(said.lines().filter(|l| l.contains(" Hz  residual ")).count(), 6);
+    assert!(said.ends_with("cube: 6 modes, 6 rigid motions\n"), "{said}");
+    let results = folder.path().join("out/cube");
+    for file in [
+        "modes.json",
+        "cube_modes.pvd",
+        "modes/cube_000001.vtu",
+        "modes/cube_000006.vtu",
+    ] {
+        assert!(results.join(file).is_file(), "{file}");
+    }
+    let quiet = kerfem(
+        folder.path(),
+        &["modes", "scene.toml", "--count", "2", "-o", "m", "--quiet"],
+    );
+    assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
+    let none = kerfem(folder.path(), &["modes", "scene.toml", "--count", "0"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(
+        stderr(&none).contains("a whole number from 1 to 1000 is needed"),
+        "{}",
+        stderr(&none)
+    );
+}

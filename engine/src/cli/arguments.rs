@@ -23,6 +23,19 @@ pub(super) fn threads(text: &str) -> Result<usize, String> {
     number.ok_or_else(|| format!("\"{text}\" is not accepted; a whole number from 1 to {MOST_THREADS} is needed"))
 }
 
+/// Starts so many threads, if it was said how many.
+pub(super) fn start_threads(threads: Option<usize>) -> Result<(), EngineError> {
+    let Some(threads) = threads else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    pool.map_err(|e| bad("--threads", e.to_string()))
+}
+
+/// A number of modes.
+pub(super) fn count(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|n| (1..=1000).contains(n));
+    number.ok_or_else(|| format!("\"{text}\" is not accepted; a whole number from 1 to 1000 is needed"))
+}
+
 /// A time (s).
 pub(super) fn time(text: &str) -> Result<f64, String> {
     let time = text.parse().ok().filter(|t| *t >= 0.0);

@@ -13,6 +13,7 @@ pub(crate) mod arguments;
 mod check;
 mod cut;
 mod log;
+mod modes;
 mod quality;
 mod run;
 
@@ -60,6 +61,8 @@ enum Action {
     },
     /// Cuts a mesh; geometry only
     Cut(CutArguments),
+    /// Natural frequencies and modes of a scene at rest, after the cuts that come first
+    Modes(ModesArguments),
 }
 
 #[derive(clap::Args)]
@@ -88,6 +91,24 @@ struct RunArguments {
     #[arg(long, value_name = "S", default_value = "60", value_parser = arguments::seconds, allow_hyphen_values = true)]
     save_every: Duration,
     /// No progress bar
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(clap::Args)]
+struct ModesArguments {
+    /// The scene
+    scene: PathBuf,
+    /// How many, the lowest first, 1 to 1000; motions without strain are counted apart
+    #[arg(long, default_value = "10", value_name = "N", value_parser = arguments::count, allow_hyphen_values = true)]
+    count: usize,
+    /// Folder of the results [default: out/NAME]
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Threads, at most 1024 [default: one a core]
+    #[arg(long, value_parser = arguments::threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+    /// Print nothing
     #[arg(long)]
     quiet: bool,
 }
@@ -134,6 +155,7 @@ impl Command {
             Action::Check { scene } => check::check(&scene),
             Action::Quality { mesh, json } => quality::quality(&mesh, json),
             Action::Cut(arguments) => cut::cut(&arguments),
+            Action::Modes(arguments) => modes::modes(&arguments),
         }
     }
 }

@@ -10,16 +10,13 @@ use kerfem_engine::run::{Closing, Ending, RunOptions, run_and_tell};
 use kerfem_engine::{EngineError, Scene, StepInfo};
 
 use super::RunArguments;
-use super::arguments::bad;
+use super::arguments::{bad, start_threads};
 
 /// Exit code after Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineError> {
-    if let Some(threads) = arguments.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-        pool.map_err(|e| bad("--threads", e.to_string()))?;
-    }
+    start_threads(arguments.threads)?;
     let scene = Scene::read(&arguments.scene)?;
     let options = RunOptions {
         folder: arguments

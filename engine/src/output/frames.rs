@@ -38,7 +38,7 @@ impl Numbering {
     }
 
     /// The cells of a mesh.
-    fn cells<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
+    pub(super) fn cells<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
         let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| self.index[v.index()]));
         match N {
             3 => VtuCells::Triangles(cells.map(|c| [c[0], c[1], c[2]]).collect()),
@@ -56,7 +56,7 @@ impl Numbering {
         }
     }
 
-    fn grid<const N: usize>(&self, mesh: &SimplexMesh<N>, cells: VtuCells<'static>) -> VtuGrid<'static> {
+    pub(super) fn grid<const N: usize>(&self, mesh: &SimplexMesh<N>, cells: VtuCells<'static>) -> VtuGrid<'static> {
         let points: Vec<Point> = self.vertices.iter().map(|v| mesh.rest_position(*v)).collect();
         let ids: Vec<i64> = self.vertices.iter().map(|v| i64::from(v.0)).collect();
         VtuGrid {
@@ -77,7 +77,7 @@ impl Numbering {
     }
 
     /// The rows of a flat nodal field, `components` a vertex.
-    fn rows(&self, field: &[f64], components: usize) -> Vec<f64> {
+    pub(super) fn rows(&self, field: &[f64], components: usize) -> Vec<f64> {
         self.vertices
             .iter()
             .flat_map(|v| &field[components * v.index()..][..components])

@@ -1,12 +1,14 @@
 //! Results on disk: frames, surfaces, the table of steps, the report, matrices.
 
 mod frames;
+mod modes;
 mod series;
 mod steps;
 mod system;
 
 pub use frames::mesh_writer;
 pub(crate) use frames::{FrameList, Frames, write_state};
+pub(crate) use modes::ModeFiles;
 pub(crate) use steps::StepTable;
 pub(crate) use system::export_system;
 

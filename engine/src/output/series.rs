@@ -37,6 +37,11 @@ impl Kind {
         ending: "vtu",
         list: "",
     };
+    pub(super) const MODES: Kind = Kind {
+        folder: "modes",
+        ending: "vtu",
+        list: "_modes",
+    };
     pub(super) const SURFACES: Kind = Kind {
         folder: "surface",
         ending: "vtp",

@@ -13,7 +13,10 @@ fn call(name: &str, call: &str) -> Wrong {
 fn calls_and_names_of_arguments() {
     let usage = "Usage: kerfem run";
     refused([
-        call("no call", "").says(&["requires a subcommand", "[subcommands: run, check, quality, cut]"]),
+        call("no call", "").says(&[
+            "requires a subcommand",
+            "[subcommands: run, check, quality, cut, modes]",
+        ]),
         call("a call that does not exist", "rum scene.toml").says(&[
             "unrecognized subcommand 'rum'",
             "similar",
@@ -51,6 +54,15 @@ fn values_of_arguments() {
         call(name, &format!("cut m.vtu --sweep blade.obj {arguments}"))
             .at(place)
             .says(parts)
+    };
+    let modes = |name: &str, count: &str| {
+        let parts = [
+            format!("\"{count}\" is not accepted"),
+            "a whole number from 1 to 1000".into(),
+        ];
+        call(name, &format!("modes scene.toml --count {count}"))
+            .at("--count")
+            .says(&parts.each_ref().map(String::as_str))
     };
     refused([
         run(
@@ -119,6 +131,10 @@ fn values_of_arguments() {
             "--until",
             &["\"1s\" is not accepted", until],
         ),
+        modes("no modes", "0"),
+        modes("modes below 0", "-3"),
+        modes("too many modes", "1001"),
+        modes("half a mode", "1.5"),
         cut(
             "snap too large",
             "--snap 0.46",
