@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use kerfem_fem::Model;
+
 use crate::damping::Viscosity;
 use crate::equilibrium::{Body, Goal, Solved, add, dot};
 use crate::simulation::Buffers;
@@ -11,6 +13,9 @@ use crate::{DampingSpec, EngineError, Nonlinear, Simulation};
 /// A step of two-step differences may be so many times as long as the one before; a longer one starts anew. (They are stable up
 /// to 1 + sqrt(2).)
 const LARGEST_RATIO: f64 = 2.0;
+
+/// The shortest stage of statics, as a fraction of all that loads and supports change.
+const SHORTEST_STAGE: f64 = 1.0 / 32.0;
 
 /// What an implicit step adds to a problem of equilibrium; nothing for statics.
 #[derive(Clone, Copy, Default)]
@@ -47,7 +52,10 @@ impl<const N: usize> Simulation<N> {
             self.buffers.prescribed[dof] = self.state.u[dof];
         }
         self.buffers.solution.clone_from(&self.state.u);
-        let solved = self.solve(Motion::default(), Some(&fixed))?;
+        let mut solved = self.solve(Motion::default(), Some(&fixed))?;
+        if !solved.converged && self.model == Model::Corotated {
+            solved = self.find_in_stages(&fixed, solved)?;
+        }
         // what comes close is used, and flagged
         let close = solved.residual <= self.scene.solver.tolerance.sqrt();
         if !solved.converged && !close {
@@ -65,6 +73,57 @@ impl<const N: usize> Simulation<N> {
         Ok(solved)
     }
 
+    /// Equilibrium where Newton's method from the present state has failed: loads and supports change in stages, from those that
+    /// the present state balances, each stage half as long as the last where it fails and twice as long where it does not.
+    /// If no stage is short enough, what was found directly stays.
+    fn find_in_stages(&mut self, fixed: &[bool], direct: Solved) -> Result<Solved, EngineError> {
+        let (solution, supports) = (self.buffers.solution.clone(), self.buffers.prescribed.clone());
+        let mut balanced = vec![0.0; solution.len()];
+        self.assembler
+            .internal_force(&self.mesh, self.model, &self.state.u, &mut balanced);
+        let mut last = self.state.u.clone();
+        let (mut reached, mut stage) = (0.0, 0.5);
+        let mut total = direct;
+        while reached < 1.0 && stage >= SHORTEST_STAGE {
+            let to = f64::min(reached + stage, 1.0);
+            let between = |a: f64, b: f64| if to < 1.0 { a + to * (b - a) } else { b };
+            let Buffers {
+                load,
+                force,
+                prescribed,
+                solution,
+                ..
+            } = &mut self.buffers;
+            for d in 0..last.len() {
+                force[d] = between(balanced[d], load[d]);
+                prescribed[d] = between(self.state.u[d], supports[d]);
+            }
+            solution.copy_from_slice(&last);
+            let solved = self.solve(Motion::default(), Some(fixed))?;
+            tracing::debug!(
+                to,
+                converged = solved.converged,
+                newton_steps = solved.newton_steps,
+                "a stage"
+            );
+            total = total.then(&solved);
+            if solved.converged {
+                last.copy_from_slice(&self.buffers.solution);
+                (reached, stage) = (to, 2.0 * stage);
+            } else {
+                stage *= 0.5;
+            }
+        }
+        if reached < 1.0 {
+            let Buffers { load, force, .. } = &mut self.buffers;
+            force.copy_from_slice(load);
+            self.buffers.prescribed = supports;
+            self.buffers.solution = solution;
+            total = total.then(&self.solve(Motion::default(), Some(fixed))?);
+        }
+        Ok(total)
+    }
+
     /// Judges what held the free pieces: it must have carried nothing. Takes their rigid motions out of a linear solution.
     fn release(&mut self, pieces: &[FreePiece]) -> Result<(), EngineError> {
         if pieces.is_empty() {
@@ -79,7 +138,7 @@ impl<const N: usize> Simulation<N> {
                 "a free piece has no equilibrium near its place: after it has deformed, its loads do not balance by {reaction:e} N"
             )));
         }
-        if self.model == kerfem_fem::Model::Linear {
+        if self.model == Model::Linear {
             for piece in pieces {
                 let (fixed, masses) = (self.fixed.mask(), self.assembler.lumped_mass());
                 piece.remove_motions(&self.mesh, fixed, masses, &mut self.buffers.solution);

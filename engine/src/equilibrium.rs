@@ -69,6 +69,19 @@ pub(crate) struct Solved {
     pub(crate) solve_seconds: f64,
 }
 
+impl Solved {
+    /// This attempt and another one after it: the work of both, and what the later one has come to.
+    pub(crate) fn then(&self, later: &Solved) -> Solved {
+        Solved {
+            iterations: self.iterations + later.iterations,
+            newton_steps: self.newton_steps + later.newton_steps,
+            assemble_seconds: self.assemble_seconds + later.assemble_seconds,
+            solve_seconds: self.solve_seconds + later.solve_seconds,
+            ..*later
+        }
+    }
+}
+
 /// Memory of the solution process, kept from step to step.
 #[derive(Debug)]
 pub(crate) struct Equilibrium {

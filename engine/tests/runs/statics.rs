@@ -216,3 +216,30 @@ fn reactions_balance_all_loads_at_rest() {
         }
     }
 }
+
+#[test]
+fn what_is_too_much_at_once_is_found_in_stages() {
+    // one end of a bar is led around to the other: from the straight bar, turned inside out by the first step, Newton's method
+    // does not come to an end
+    let folded = "[[fixed]]\nwhere = 'x < 1e-9'\n[[fixed]]\nwhere = 'x > 3.999'\ndisplacement = [-3, 1, 0]\n";
+    let mut s = simulation(&box_scene([4.0, 0.4, 0.4], [16, 2, 2], folded));
+    let info = s.step(0.0).unwrap();
+    assert!(info.converged && info.residual < 1e-8, "{info:?}");
+    assert!(info.newton_steps > 200, "one attempt is not enough: {info:?}");
+    // no cell is left inside out
+    let x = s.positions();
+    let volume = |c| kerfem_mesh::quality::tet_volume(&s.mesh().cell(c).map(|v| x[v.index()]));
+    let inverted = s.mesh().cell_ids().filter(|c| volume(*c) <= 0.0).count();
+    println!("{inverted} cells inside out, {} J", info.energies.elastic);
+    assert_eq!(inverted, 0);
+}
+
+#[test]
+fn what_no_stage_reaches_is_said_so() {
+    let heavy = "[[fixed]]\nwhere = 'x < 1e-9'\n[[load]]\ngravity = [0, 0, -3000]\n";
+    let error = simulation(&box_scene([10.0, 0.2, 0.2], [20, 1, 1], heavy))
+        .step(0.0)
+        .unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    assert!(error.to_string().contains("no equilibrium was found"), "{error}");
+}
