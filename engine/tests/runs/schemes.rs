@@ -469,3 +469,22 @@ fn consistent_mass_passes_the_acceleration_of_a_support_on() {
         check_order(&format!("{scheme} consistent"), &states, 2.0);
     }
 }
+
+#[test]
+fn every_scheme_goes_on_when_nothing_is_left() {
+    for (scheme, _) in SCHEMES {
+        let text = super::box_scene(
+            [1.0; 3],
+            [1; 3],
+            &format!("{DAMPED}[initial]\nvelocity = [1, 0, 0]\n[time]\nscheme = '{scheme}'\ndt = 0.01\nend = 1\n"),
+        );
+        let mut s = super::simulation(&text);
+        step(&mut s, 0.01);
+        s.cut(&wall(0.5), &CutOptions::of(Method::Delete)).unwrap();
+        assert_eq!(s.mesh().num_cells(), 0);
+        step(&mut s, 0.01);
+        assert_eq!((s.energies().kinetic, s.energies().elastic), (0.0, 0.0), "{scheme}");
+        assert_eq!(s.stable_step(), f64::INFINITY);
+        assert_eq!(s.modes(3).unwrap(), (Vec::new(), 0));
+    }
+}
