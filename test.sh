@@ -3,8 +3,8 @@
 #
 #   ./test.sh
 #
-# 1. the tests of all crates, 2. the command, optimised, 3. its results, read and recomputed in Python (packages are
-# installed into .venv). KERFEM_REQUIRE_SHARED=1 turns a check that is skipped because ../shared is absent into a failure.
+# 1. the tests of all crates, 2. the command, optimised as they are, 3. its results, read and recomputed in Python (packages
+# are installed into .venv). KERFEM_REQUIRE_SHARED=1 turns a check that is skipped because ../shared is absent into a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -13,8 +13,8 @@ step() { printf '\n== %s\n' "$*"; }
 step "cargo test --workspace"
 cargo test --workspace
 
-step "cargo build --release -p kerfem-engine --bin kerfem"
-cargo build --release -p kerfem-engine --bin kerfem
+step "cargo build -p kerfem-engine --bin kerfem"
+cargo build -p kerfem-engine --bin kerfem
 
 step "Python packages of validation/requirements.txt in .venv"
 python="${PYTHON:-python3}"
@@ -26,6 +26,6 @@ fi
 "$python" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check -r validation/requirements.txt
 
 step "validation/check_results.py"
-.venv/bin/python validation/check_results.py "${CARGO_TARGET_DIR:-target}/release/kerfem"
+.venv/bin/python validation/check_results.py "${CARGO_TARGET_DIR:-target}/debug/kerfem"
 
 step "all passed"

@@ -339,7 +339,7 @@ pub fn improve<const N: usize>(
 
 /// Passes until a pass opens nothing, so that the same sweep again is a no-op by construction (F31). The first pass does
 /// nearly all there is to do.
-const PASSES: usize = 4;
+const PASSES: usize = 12;
 
 /// Rounds over the pieces until none opens anything: a piece that takes vertices from an earlier one leaves that to be cut
 /// again.
@@ -432,6 +432,11 @@ fn pass<const N: usize>(
         unlock::split_locked(ws, least);
     }
     check_new_cells(ws)?;
+    // what is left of a cut that was made must not open by improving its cells (F31)
+    if N == 4 && !unlock::opens_something(ws) {
+        ws.restore(save);
+        return Ok(false);
+    }
     let near = ws.region.iter().copied().collect();
     improve_cells(ws, At::Sheet(piece), options, near, report);
     if splits && unlock::split_locked(ws, least) {

@@ -39,6 +39,12 @@ pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64)
     any
 }
 
+/// Whether a facet of the sheet will open.
+pub(crate) fn opens_something<const N: usize>(ws: &Workspace<'_, N>) -> bool {
+    let sides = Sides::of(ws);
+    sides.sheet.iter().any(|key| sides.opens(ws, &key.0.map(VertexId)))
+}
+
 /// Takes the facets around hinges out of the sheet, for a method that makes no vertices.
 pub(crate) fn leave_hinges_closed<const N: usize>(ws: &mut Workspace<'_, N>) {
     if N != 4 {

@@ -6,6 +6,13 @@ pub mod first_cut {}
 #[doc = include_str!("../../docs/book/scene.md")]
 pub mod scene {}
 
+#[doc = include_str!("../../docs/book/methods_compare.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/methods_f1.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/methods.md")]
+pub mod methods {}
+
 #[doc = include_str!("../../docs/book/files.md")]
 pub mod files {}
 

@@ -32,7 +32,7 @@ pub struct RunOptions {
 const SAVE: &str = "state.kerfem";
 
 /// Of the volume of the body: how much of it may lie twice before that is worth a warning.
-const OVERLAP: f64 = 1e-6;
+const OVERLAP: f64 = 1e-3;
 
 /// How far a run has come, besides the state of its simulation.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -73,8 +73,13 @@ pub fn write(path: &Path, panels: &[Panel], columns: usize) -> Result<(), Valida
     let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + legend);
     register_the_font();
     let (svg, png) = (path.with_extension("svg"), path.with_extension("png"));
-    let drawing = SVGBackend::new(&svg, size).into_drawing_area();
+    let mut text = String::new();
+    let drawing = SVGBackend::with_string(&mut text, size).into_drawing_area();
     draw(&drawing, panels, [rows, columns], legend).map_err(failed)?;
+    drop(drawing);
+    // as wide as the page that it stands in
+    let fixed = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    std::fs::write(&svg, text.replacen(&fixed, "width=\"100%\"", 1)).map_err(|e| failed(e.to_string()))?;
     let drawing = BitMapBackend::new(&png, size).into_drawing_area();
     draw(&drawing, panels, [rows, columns], legend).map_err(failed)
 }

@@ -289,7 +289,6 @@ fn f31_crossing_planes_twice() {
 
 /// F31 where a sweep is curved within a cell and nothing snaps.
 #[test]
-#[ignore = "subdivide does not settle within its passes on finely curved sweeps: the second time opens up to 2e-3 m2"]
 fn f31_a_small_sphere_twice() {
     let before = shaken_box(4, 0.25, 11);
     for seed in 0..12 {
