@@ -45,19 +45,29 @@ pub(crate) fn opens_something<const N: usize>(ws: &Workspace<'_, N>) -> bool {
     sides.sheet.iter().any(|key| sides.opens(ws, &key.0.map(VertexId)))
 }
 
-/// Takes the facets around hinges out of the sheet, for a method that makes no vertices.
+/// Takes facets out of the sheet until it has no hinge, the smaller one at each, for a method that makes no vertices.
 pub(crate) fn leave_hinges_closed<const N: usize>(ws: &mut Workspace<'_, N>) {
     if N != 4 {
         return;
     }
+    let area = |ws: &Workspace<'_, N>, facet: &FacetKey| {
+        let [a, b, c] = facet.0.map(|v| ws.position(VertexId(v)));
+        (b - a).cross(&(c - a)).norm()
+    };
     loop {
-        let hinges = Sides::of(ws).hinges(ws, 0.0);
+        // none of the facets that stay closed will be split
+        let hinges = Sides::of(ws).hinges(ws, f64::INFINITY);
         if hinges.is_empty() {
             return;
         }
-        let at_hinge = |f: &&FacetKey| hinges.iter().any(|e| e.iter().all(|v| f.0.contains(&v.0)));
-        let closed: Vec<FacetKey> = ws.sheet.iter().filter(at_hinge).copied().collect();
-        ws.exchange_sheet(&closed, &[]);
+        for hinge in hinges {
+            let smallest = (ws.sheet.iter())
+                .filter(|f| hinge.iter().all(|v| f.0.contains(&v.0)))
+                .min_by(|f, g| area(ws, f).total_cmp(&area(ws, g)).then(f.cmp(g)));
+            if let Some(facet) = smallest.copied() {
+                ws.exchange_sheet(&[facet], &[]);
+            }
+        }
     }
 }
 
