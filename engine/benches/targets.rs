@@ -161,7 +161,7 @@ fn local(n: usize, method: Method) -> Local {
     // the first update makes room in the arrays, amortised and counted apart
     let (first, _) = cut_and_follow(&mut mesh, &mut tree, &blade(3.4, 3.4, 3.37, 1.2), &options);
     assembler.update(&mesh, &first.change).expect("a good change");
-    let sweep = blade(middle.floor() + 0.4, middle.floor() + 0.4, middle.floor() + 0.37, 1.7);
+    let sweep = blade(middle.floor() + 0.4, middle.floor() + 0.4, middle.floor() + 0.37, 2.7);
     let positions = mesh.rest_positions().to_vec();
     let (cut_seconds, outcome) = seconds(|| cut(&mut mesh, &tree, &positions, &sweep, &options).expect("good"));
     let tree_nodes = outcome.report.tree_nodes + follow_tree(&mesh, &mut tree, &outcome);
