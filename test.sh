@@ -3,8 +3,8 @@
 #
 #   ./test.sh
 #
-# 1. the tests of all crates, 2. the command, optimised as they are, 3. its results, read and recomputed in Python (packages
-# are installed into .venv). KERFEM_REQUIRE_SHARED=1 turns a check that is skipped because ../shared is absent into a failure.
+# 1. the tests of all crates, which build the command too, 2. its results, read and recomputed in Python (packages are
+# installed into .venv). KERFEM_REQUIRE_SHARED=1 turns a check that is skipped because ../shared is absent into a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -12,9 +12,6 @@ step() { printf '\n== %s\n' "$*"; }
 
 step "cargo test --workspace"
 cargo test --workspace
-
-step "cargo build -p kerfem-engine --bin kerfem"
-cargo build -p kerfem-engine --bin kerfem
 
 step "Python packages of validation/requirements.txt in .venv"
 python="${PYTHON:-python3}"
