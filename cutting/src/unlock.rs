@@ -27,9 +27,13 @@ pub(crate) fn split_locked<const N: usize>(ws: &mut Workspace<'_, N>, snap: f64)
     }
     let mut any = false;
     for _ in 0..ROUNDS {
-        let hinges = Sides::of(ws).hinges(ws, snap);
-        hinges.iter().for_each(|hinge| split_hinge(ws, *hinge));
-        let locked = Sides::of(ws).locked(ws, snap);
+        let mut sides = Sides::of(ws);
+        let hinges = sides.hinges(ws, snap);
+        if !hinges.is_empty() {
+            hinges.iter().for_each(|hinge| split_hinge(ws, *hinge));
+            sides = Sides::of(ws);
+        }
+        let locked = sides.locked(ws, snap);
         locked.iter().for_each(|facet| split_facet(ws, *facet));
         if hinges.is_empty() && locked.is_empty() {
             break;

@@ -17,13 +17,12 @@ pub fn overlap<const N: usize>(mesh: &SimplexMesh<N>, positions: &[Point]) -> f6
     }
     let place = |c: CellId| mesh.cell(c).map(|v: VertexId| positions[v.index()]);
     let is_lip = |s: &FacetSide| mesh.facet_labels(s.cell)[s.local as usize] == FacetLabel::NONE;
-    let mut waiting: VecDeque<CellId> = mesh.boundary_facets().filter(is_lip).map(|s| s.cell).collect();
-    if waiting.is_empty() {
+    let mut met: BTreeSet<CellId> = mesh.boundary_facets().filter(is_lip).map(|s| s.cell).collect();
+    if met.is_empty() {
         return 0.0;
     }
     let tree = BoxTree::of_cells(mesh, positions);
-    let mut met: BTreeSet<CellId> = waiting.iter().copied().collect();
-    waiting = met.iter().copied().collect();
+    let mut waiting: VecDeque<CellId> = met.iter().copied().collect();
     let mut done = BTreeSet::new();
     let mut sum = 0.0;
     while let Some(a) = waiting.pop_front() {
