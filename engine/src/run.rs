@@ -170,6 +170,13 @@ fn run_to_end<const N: usize>(
     let earlier = simulation.seconds.total;
     let mut writers = Writers::open(&simulation, progress, options)?;
     let result = advance(&mut simulation, &mut writers, options, &mut after_step);
+    let overlap = simulation.overlap();
+    let volume = simulation.thickness() * kerfem_mesh::quality::volume(&simulation.mesh);
+    if matches!(result, Ok(Ending::Done)) && overlap > OVERLAP * volume {
+        simulation.warn(format!(
+            "cut faces went through each other: {overlap:.3e} m3 of the body lie twice at the end, as nothing keeps them apart"
+        ));
+    }
     simulation.note_verification(None);
     let start = Instant::now();
     write_state(&options.folder.join("final.vtu"), &simulation)?;
@@ -184,7 +191,7 @@ fn run_to_end<const N: usize>(
         Ok(_) => None,
         Err(e) => Some(e.to_string()),
     };
-    write_report(&options.folder, &simulation, writers.initial, stopped)?;
+    write_report(&options.folder, &simulation, writers.initial, overlap, stopped)?;
     tell(&Closing {
         resumed_at,
         time: simulation.state.time,
@@ -326,12 +333,6 @@ fn advance<const N: usize>(
         for text in simulation.unmoved_blades() {
             simulation.warn(text);
         }
-        let overlap = simulation.overlap();
-        if overlap > OVERLAP * simulation.thickness() * kerfem_mesh::quality::volume(&simulation.mesh) {
-            simulation.warn(format!(
-                "cut faces went through each other: {overlap:.3e} m3 of the body lie twice at the end, as nothing keeps them apart"
-            ));
-        }
     }
     result.map(|()| ending)
 }
@@ -340,6 +341,7 @@ fn write_report<const N: usize>(
     folder: &Path,
     simulation: &Simulation<N>,
     initial: MeshFigures,
+    overlap: f64,
     stopped: Option<String>,
 ) -> Result<(), EngineError> {
     let report = Report {
@@ -356,7 +358,7 @@ fn write_report<const N: usize>(
         seconds: simulation.seconds,
         cuts: &simulation.cuts,
         quantities: simulation.quantities(),
-        overlap_m3: simulation.overlap(),
+        overlap_m3: overlap,
         choices: &simulation.choices,
         warnings: &simulation.warnings,
         verify: simulation.verification(),
