@@ -11,8 +11,9 @@ use crate::workspace::{Workspace, barycentric, combine};
 /// A move may not bring the worst cell around the vertex below this radius ratio, unless it was lower before.
 const QUALITY_FLOOR: f64 = 0.3;
 
-/// Of the local volume: how far off its plane a boundary facet may come to lie (DESIGN invariant 3).
-const VOLUME_TOLERANCE: f64 = 1e-13;
+/// Of the local volume: how far off its plane a boundary facet may come to lie, and of the local area: how much the boundary
+/// may grow or shrink (DESIGN invariant 3). Volume alone says nothing of a small facet beside large cells.
+const TOLERANCE: f64 = 1e-13;
 
 /// Moves an interior vertex to `target` (cutting frame) if a cell around it contains that place, no cell inverts and the
 /// worst one stays good. The rest position follows by the barycentric coordinates in the containing cell.
@@ -58,7 +59,8 @@ pub(crate) fn move_on_boundary<const N: usize>(
     keeps_boundary(ws, v, &star, place) && try_move(ws, v, target, parents, &star)
 }
 
-/// Whether every boundary facet at a vertex with these cells stays in its plane if the vertex goes to a place (at rest).
+/// Whether every boundary facet at a vertex with these cells stays in its plane if the vertex goes to a place (at rest), and the
+/// original boundary and the lips of cuts both stay as large as they are: they may lie in one plane.
 pub(crate) fn keeps_boundary<const N: usize>(
     ws: &Workspace<'_, N>,
     v: VertexId,
@@ -66,10 +68,25 @@ pub(crate) fn keeps_boundary<const N: usize>(
     place: Point,
 ) -> bool {
     let volume = volume_of(ws, star);
-    ws.mesh().boundary_facets_of_vertex(v).all(|side| {
-        let p = ws.mesh().facet_corners(side).map(|u| ws.mesh().rest_position(u));
-        is_in_plane::<N>(&p, place, volume)
-    })
+    let (mut old, mut new) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+    for side in ws.mesh().boundary_facets_of_vertex(v) {
+        let corners = ws.mesh().facet_corners(side);
+        let facet = corners.map(|u| ws.mesh().rest_position(u));
+        if !is_in_plane::<N>(&facet, place, volume) {
+            return false;
+        }
+        let label = ws.mesh().facet_labels(side.cell)[side.local as usize];
+        let kind = usize::from(label.some().is_some());
+        old[kind].push(facet);
+        new[kind].push(corners.map(|u| if u == v { place } else { ws.mesh().rest_position(u) }));
+    }
+    (0..2).all(|kind| are_as_large::<N>(&old[kind], &new[kind]))
+}
+
+/// Whether some facets are as large, together, as those that take their place.
+pub(crate) fn are_as_large<const N: usize>(old: &[[Point; 3]], new: &[[Point; 3]]) -> bool {
+    let size = |facets: &[[Point; 3]]| -> f64 { facets.iter().map(|f| quality::facet_normal::<N>(f).norm()).sum() };
+    (size(old) - size(new)).abs() <= TOLERANCE * size(old)
 }
 
 /// Rest volume of some cells.
@@ -86,7 +103,7 @@ pub(crate) fn is_in_plane<const N: usize>(facet: &[Point; 3], place: Point, volu
         4 => orient3d(facet[0], facet[1], facet[2], place) / 6.0,
         _ => orient2d(facet[0], facet[1], place) / 2.0,
     };
-    off.abs() <= VOLUME_TOLERANCE * volume
+    off.abs() <= TOLERANCE * volume
 }
 
 fn try_move<const N: usize>(

@@ -1,6 +1,6 @@
 //! Edge collapse (G3, G4, Y5): one end of an edge moves onto the other, and the cells between them vanish.
 
-use kerfem_mesh::{CellId, FacetKey, VertexId};
+use kerfem_mesh::{CellId, FacetKey, FacetSide, VertexId};
 
 use super::hold::{Freedom, Hold, keeps_front, keeps_sheet, places};
 use super::{FLAT, Limits, link};
@@ -56,10 +56,37 @@ pub(super) fn collapse<const N: usize>(
     if !link::condition(ws, a, b, [&hold, &Hold::of(ws, b)]) {
         return None;
     }
-    let made = ws.retile(&star, &new, Some((a, b)), &[]);
+    let behind = behind_flat_cells(ws, &star, [a, b]);
+    let kept = behind.iter().map(|c| ws.mesh().cell(*c));
+    let (old, new) = (
+        [&star[..], &behind].concat(),
+        new.into_iter().chain(kept).collect::<Vec<_>>(),
+    );
+    let made = ws.retile(&old, &new, Some((a, b)), &[]);
     ws.exchange_sheet(&hold.sheet, &sheet);
     ws.edit.remove_vertex(a, Some(b));
     Some(made)
+}
+
+/// Cells outside the star of `a` that come to lie at the boundary as a cell between `a` and `b` vanishes that was flat against it:
+/// they are made anew with it, as they take over the label of its boundary facet.
+fn behind_flat_cells<const N: usize>(ws: &Workspace<'_, N>, star: &[CellId], [a, b]: [VertexId; 2]) -> Vec<CellId> {
+    let mesh = ws.mesh();
+    let mut behind: Vec<CellId> = (star.iter())
+        .filter_map(|&cell| {
+            let across = |v: VertexId| {
+                let local = mesh.cell(cell).iter().position(|w| *w == v)? as u8;
+                Some(mesh.other_side(FacetSide { cell, local }))
+            };
+            match (across(b)?, across(a)?) {
+                (None, Some(inner)) => Some(inner.cell),
+                _ => None,
+            }
+        })
+        .collect();
+    behind.sort_unstable();
+    behind.dedup();
+    behind
 }
 
 fn renamed(facet: &FacetKey, a: VertexId, b: VertexId) -> FacetKey {

@@ -8,7 +8,7 @@ use kerfem_mesh::{CellId, FacetKey, FacetLabel, FacetSide, VertexId};
 
 use super::hold::{keeps_sheet, places};
 use super::{FLAT, GAIN, Limits};
-use crate::snap::{is_in_plane, volume_of};
+use crate::snap::{are_as_large, is_in_plane, volume_of};
 use crate::workspace::{Workspace, facet_of};
 
 /// Longest ring that is filled anew.
@@ -147,8 +147,9 @@ fn labels_of_flip<const N: usize>(
         of_facet.next().map(|(c, k)| ws.mesh().facet_labels(c)[k])
     };
     let label = label(first).filter(|l| Some(*l) == label(last))?;
-    let facet = [a, b, first].map(|v| ws.mesh().rest_position(v));
-    let flat = is_in_plane::<N>(&facet, ws.mesh().rest_position(last), volume_of(ws, cells));
+    let [p, q, r, s] = [a, b, first, last].map(|v| ws.mesh().rest_position(v));
+    let flat = is_in_plane::<N>(&[p, q, r], s, volume_of(ws, cells))
+        && are_as_large::<N>(&[[p, q, r], [p, q, s]], &[[r, s, p], [r, s, q]]);
     let new = [a, b].map(|end| (key([first, last, end]), label));
     (flat && !has_edge(ws, first, last)).then(|| new.to_vec())
 }
