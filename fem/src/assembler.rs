@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use crate::element::Element;
 use crate::evaluate::Scratch;
 use crate::parallel::for_each_slot;
+use crate::patch::{Patch, patches_of_vertex};
 use crate::pattern::Pattern;
 use crate::rows::{Slots, cells_of_row, corner_of, lumped_mass, mass_row, row_pattern, row_slots, stiffness_row};
-use crate::{BlockMatrix, FemError, MassMatrix, Material};
+use crate::{BlockMatrix, FemError, Locking, MassMatrix, Material};
 
 /// What an update recomputed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -33,13 +34,16 @@ pub struct Touched {
 /// nothing. Prescribe it as zero on every vertex when solving. That costs up to 2.25 times the memory and products of blocks
 /// of two; see [`Material::in_plane`] for plane strain, plane stress and the thickness.
 ///
-/// Every row is the sum over the cells of its vertex in ascending order, so a row recomputed after a change has the bits
-/// of a fresh assembly.
+/// Every row is the sum over the cells of its vertex in ascending order, and then over the patches around it if locking is
+/// cured (see [`Locking`]), so a row recomputed after a change has the bits of a fresh assembly.
 #[derive(Debug)]
 pub struct Assembler<const N: usize = 4> {
     /// By cell slot; of empty slots: what they last held.
     pub(crate) elements: Vec<Element<N>>,
     materials: Vec<Material>,
+    locking: Locking,
+    /// By vertex slot, and then material; all empty, or no slots at all, where nothing is cured.
+    pub(crate) patches: Vec<Vec<Patch<N>>>,
     pub(crate) slots: Vec<Slots<N>>,
     pub(crate) stiffness: BlockMatrix,
     /// Consistent mass by block.
@@ -56,6 +60,8 @@ impl<const N: usize> Clone for Assembler<N> {
         Assembler {
             elements: self.elements.clone(),
             materials: self.materials.clone(),
+            locking: self.locking,
+            patches: self.patches.clone(),
             slots: self.slots.clone(),
             stiffness: self.stiffness.clone(),
             mass: self.mass.clone(),
@@ -68,12 +74,24 @@ impl<const N: usize> Clone for Assembler<N> {
 }
 
 impl<const N: usize> Assembler<N> {
-    /// Assembles a mesh; `material_of` is asked once per cell.
+    /// Assembles a mesh with no cure of locking; `material_of` is asked once per cell.
+    ///
+    /// # Errors
+    /// As [`Self::with_cure`].
+    pub fn new(mesh: &SimplexMesh<N>, material_of: impl Fn(CellId) -> Material) -> Result<Self, FemError> {
+        Self::with_cure(mesh, Locking::None, material_of)
+    }
+
+    /// Assembles a mesh whose locking is cured, or not, as told; `material_of` is asked once per cell.
     ///
     /// # Errors
     /// [`FemError::InvertedCell`] if a rest volume is not positive, [`FemError::TooManyNeighbors`] beyond 65535 around a
     /// vertex, [`FemError::NotPlanar`] for a surface in space.
-    pub fn new(mesh: &SimplexMesh<N>, material_of: impl Fn(CellId) -> Material) -> Result<Self, FemError> {
+    pub fn with_cure(
+        mesh: &SimplexMesh<N>,
+        locking: Locking,
+        material_of: impl Fn(CellId) -> Material,
+    ) -> Result<Self, FemError> {
         if N == 3 && !mesh.is_planar() {
             return Err(FemError::NotPlanar);
         }
@@ -81,11 +99,18 @@ impl<const N: usize> Assembler<N> {
         let mut materials = vec![Material::UNUSED; mesh.cell_slots()];
         for c in mesh.cell_ids() {
             materials[c.index()] = material_of(c);
-            elements[c.index()] = Element::new(c.0, &mesh.cell_rest_positions(c), &materials[c.index()])?;
+            elements[c.index()] = element(mesh, c, &materials[c.index()], locking)?;
         }
+        let cured = mesh.cell_ids().any(|c| locking.cures::<N>(&materials[c.index()]));
+        let locking = if cured { locking } else { Locking::None };
+        let patched = if cured { mesh.vertex_slots() as u32 } else { 0 };
+        let patches: Vec<Vec<Patch<N>>> = (0..patched)
+            .into_par_iter()
+            .map(|v| patches_of_vertex(mesh, v, locking, |c| (&elements[c.index()], &materials[c.index()])))
+            .collect();
         let rows: Vec<Vec<u32>> = (0..mesh.vertex_slots() as u32)
             .into_par_iter()
-            .map(|v| row_pattern(mesh, v))
+            .map(|v| row_pattern(mesh, v, |w| patches.get(w as usize).map_or(&[], Vec::as_slice)))
             .collect::<Result<_, _>>()?;
         let pattern = Pattern::new(rows.len(), |i| rows[i].len(), |i, out| out.extend_from_slice(&rows[i]));
         let mut assembler = Assembler {
@@ -96,6 +121,8 @@ impl<const N: usize> Assembler<N> {
             stiffness: BlockMatrix::zeros(pattern),
             elements,
             materials,
+            locking,
+            patches,
             rows_changed: Vec::new(),
             scratch: Mutex::default(),
         };
@@ -113,33 +140,43 @@ impl<const N: usize> Assembler<N> {
                 }
             }
         });
-        let (elements, slots) = (&self.elements, &self.slots);
-        pattern.for_each_row(&mut self.stiffness.values, |i, _, row| {
-            stiffness_row(mesh, elements, slots, i, row)
+        let (elements, slots, patches) = (&self.elements, &self.slots, &self.patches);
+        pattern.for_each_row(&mut self.stiffness.values, |i, cols, row| {
+            stiffness_row(mesh, elements, slots, patches, i, cols, row)
         });
         pattern.for_each_row(&mut self.mass, |i, _, row| mass_row(mesh, elements, slots, i, row));
         for_each_slot(&mut self.lumped, |i, m| *m = lumped_mass(mesh, elements, i));
     }
 
     /// Brings everything up to date with a mesh that went through `change`: recomputes the cells added and those around
-    /// moved vertices, and the rows of their vertices and of the vertices of removed cells, nothing else. A new cell
+    /// moved vertices, and the rows of their vertices and of the vertices of removed cells, nothing else; where locking is
+    /// cured also the patches of these vertices, and the rows of all their corners, before the change and after. A new cell
     /// inherits the material of its parent.
     ///
     /// # Errors
     /// [`FemError::InvertedCell`], [`FemError::UnknownParent`], [`FemError::TooManyNeighbors`]; then nothing has changed.
     pub fn update(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> Result<Touched, FemError> {
         let cells = cells_touched(mesh, change);
-        let row_ids = rows_touched(mesh, change, &cells);
+        let corners = corners_touched(mesh, change, &cells);
         let fresh = self.fresh_elements(mesh, change, &cells)?;
+        let patches = self.fresh_patches(mesh, &corners, &fresh);
+        let row_ids = self.rows_touched(&corners, &patches);
+        let patches_of = |v: u32| match corners.binary_search(&v) {
+            Ok(k) => patches.get(k).map_or(&[] as &[Patch<N>], Vec::as_slice),
+            Err(_) => self.patches_of(v),
+        };
         let rows: Vec<Vec<u32>> = row_ids
             .iter()
-            .map(|&i| row_pattern(mesh, i))
+            .map(|&i| row_pattern(mesh, i, patches_of))
             .collect::<Result<_, _>>()?;
 
         self.resize(mesh);
         for (c, element, material) in fresh {
             self.elements[c.index()] = element;
             self.materials[c.index()] = material;
+        }
+        for (v, patches) in corners.iter().zip(patches) {
+            self.patches[*v as usize] = patches;
         }
         let (rows_moved, compacted) = self.set_rows(mesh.vertex_slots(), &row_ids, &rows);
         for &i in &row_ids {
@@ -171,10 +208,45 @@ impl<const N: usize> Assembler<N> {
                     cell: c.0,
                     parent: source.0,
                 })?;
-                let element = Element::new(c.0, &mesh.cell_rest_positions(c), &material)?;
+                let element = element(mesh, c, &material, self.locking)?;
                 Ok((c, element, material))
             })
             .collect()
+    }
+
+    #[inline]
+    fn patches_of(&self, v: u32) -> &[Patch<N>] {
+        self.patches.get(v as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// The patches of vertices whose cells have changed; none where nothing is cured.
+    fn fresh_patches(
+        &self,
+        mesh: &SimplexMesh<N>,
+        corners: &[u32],
+        fresh: &[(CellId, Element<N>, Material)],
+    ) -> Vec<Vec<Patch<N>>> {
+        if self.locking == Locking::None {
+            return Vec::new();
+        }
+        let cell = |c: CellId| match fresh.binary_search_by_key(&c, |f| f.0) {
+            Ok(k) => (&fresh[k].1, &fresh[k].2),
+            Err(_) => (&self.elements[c.index()], &self.materials[c.index()]),
+        };
+        corners
+            .iter()
+            .map(|&v| patches_of_vertex(mesh, v, self.locking, cell))
+            .collect()
+    }
+
+    /// Rows that differ, ascending: of vertices whose cells have changed, and of the corners of their patches, old and new.
+    fn rows_touched(&self, corners: &[u32], fresh: &[Vec<Patch<N>>]) -> Vec<u32> {
+        let old = corners.iter().flat_map(|&v| self.patches_of(v));
+        let of_patches = old.chain(fresh.iter().flatten()).flat_map(|p| &p.vertices);
+        let mut rows: Vec<u32> = corners.iter().chain(of_patches).copied().collect();
+        rows.sort_unstable();
+        rows.dedup();
+        rows
     }
 
     fn resize(&mut self, mesh: &SimplexMesh<N>) {
@@ -182,6 +254,9 @@ impl<const N: usize> Assembler<N> {
         self.materials.resize(mesh.cell_slots(), Material::UNUSED);
         self.slots.resize(mesh.cell_slots(), [[0; N]; N]);
         self.lumped.resize(mesh.vertex_slots(), 0.0);
+        if self.locking != Locking::None {
+            self.patches.resize_with(mesh.vertex_slots(), Vec::new);
+        }
     }
 
     /// Puts new columns into rows; how many moved, and whether the arena was compacted.
@@ -224,7 +299,9 @@ impl<const N: usize> Assembler<N> {
             mesh,
             &self.elements,
             &self.slots,
+            &self.patches,
             i,
+            pattern.cols(i),
             &mut self.stiffness.values[range.clone()],
         );
         mass_row(mesh, &self.elements, &self.slots, i, &mut self.mass[range]);
@@ -235,6 +312,20 @@ impl<const N: usize> Assembler<N> {
     #[inline]
     pub fn stiffness(&self) -> &BlockMatrix {
         &self.stiffness
+    }
+
+    /// The linear stiffness at rest (N/m) of the same body with no cure of locking, assembled anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; there are none if the mesh is the one assembled.
+    pub fn stiffness_without_cure(&self, mesh: &SimplexMesh<N>) -> Result<BlockMatrix, FemError> {
+        Ok(Self::new(mesh, |c| *self.material(c))?.stiffness)
+    }
+
+    /// How locking is cured; [`Locking::None`] also if no material of the body needs it.
+    #[inline]
+    pub fn locking(&self) -> Locking {
+        self.locking
     }
 
     /// The consistent mass (kg), always current.
@@ -264,12 +355,12 @@ impl<const N: usize> Assembler<N> {
     /// Largest eigenvalue (1/s²) of the rest stiffness of a cell against its own share of the lumped mass. The square of no
     /// angular frequency of the body, by lumped mass and wherever it is held, exceeds the largest of these: Irons and Treharne,
     /// "A bound theorem in eigenvalues and its practical applications" (1971). In practice the bound is a few tens of per cent
-    /// high.
+    /// high; with a cure of locking, which only takes stiffness away, by as much as that takes.
     ///
     /// # Panics
     /// If there is no such slot.
     pub fn largest_eigenvalue(&self, c: CellId) -> f64 {
-        self.elements[c.index()].largest_eigenvalue()
+        self.elements[c.index()].largest_eigenvalue(&self.materials[c.index()].lame::<N>())
     }
 
     /// A matrix of zeros with the current pattern.
@@ -326,12 +417,25 @@ fn cells_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>) 
     cells
 }
 
-/// Rows that differ: of the vertices of touched and removed cells, ascending.
-fn rows_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>, cells: &[CellId]) -> Vec<u32> {
+/// The element of a cell, with what a cure leaves it of its stiffness.
+fn element<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    c: CellId,
+    material: &Material,
+    locking: Locking,
+) -> Result<Element<N>, FemError> {
+    Ok(Element {
+        lame: locking.law_of_cells::<N>(material),
+        ..Element::new(c.0, &mesh.cell_rest_positions(c), material)?
+    })
+}
+
+/// Vertices whose cells have changed: those of touched and removed cells, ascending.
+fn corners_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>, cells: &[CellId]) -> Vec<u32> {
     let removed = change.cells_removed.iter().flat_map(|c| c.corners);
     let touched = cells.iter().flat_map(|&c| mesh.cell(c));
-    let mut rows: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();
-    rows.sort_unstable();
-    rows.dedup();
-    rows
+    let mut corners: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();
+    corners.sort_unstable();
+    corners.dedup();
+    corners
 }

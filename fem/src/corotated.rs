@@ -5,6 +5,7 @@
 
 use crate::eigen::symmetric_eigen;
 use crate::element::{CornerBlocks, Element, Vec3};
+use crate::material::Lame;
 use crate::small::{Block, times};
 
 /// Least sum of two signed stretches in the tangent; smaller ones (collapse, inversion) would make it unbounded.
@@ -20,24 +21,24 @@ fn stretch_trace(f: &[f64; 9], r: &[f64; 9]) -> f64 {
     t
 }
 
-/// Energy of a cell (J).
+/// Energy of a `volume` (m³) of a material (J).
 #[inline]
-pub(crate) fn energy<const N: usize>(e: &Element<N>, f: &[f64; 9], r: &[f64; 9]) -> f64 {
+pub(crate) fn energy(lame: &Lame, volume: f64, f: &[f64; 9], r: &[f64; 9]) -> f64 {
     let t = stretch_trace(f, r);
     let mut d = 0.0;
     for k in 0..9 {
         d += (f[k] - r[k]) * (f[k] - r[k]);
     }
-    e.volume * (e.mu * d + 0.5 * e.lambda * t * t)
+    volume * (lame.mu * d + 0.5 * lame.lambda * t * t)
 }
 
 /// First Piola-Kirchhoff stress `2 mu (F - R) + lambda tr(S - I) R` (Pa), row-major.
 #[inline]
-pub(crate) fn stress<const N: usize>(e: &Element<N>, f: &[f64; 9], r: &[f64; 9]) -> [f64; 9] {
-    let pressure = e.lambda * stretch_trace(f, r);
+pub(crate) fn stress(lame: &Lame, f: &[f64; 9], r: &[f64; 9]) -> [f64; 9] {
+    let pressure = lame.lambda * stretch_trace(f, r);
     let mut p = [0.0; 9];
     for k in 0..9 {
-        p[k] = 2.0 * e.mu * (f[k] - r[k]) + pressure * r[k];
+        p[k] = 2.0 * lame.mu * (f[k] - r[k]) + pressure * r[k];
     }
     p
 }
@@ -75,8 +76,8 @@ impl<const N: usize> CellTangent<N> {
                 #[inline(always)]
                 |g| times(r, g),
             ),
-            lambda: scale * e.volume * e.lambda,
-            mu: scale * e.volume * e.mu,
+            lambda: scale * e.volume * e.lame.lambda,
+            mu: scale * e.volume * e.lame.mu,
             twist: [0.0; 6],
         }
     }
@@ -93,17 +94,36 @@ impl<const N: usize> CellTangent<N> {
 
     /// Blocks of corner `a` with `R` held fixed.
     #[inline(always)]
-    pub(crate) fn warped_blocks(&self, a: usize) -> CornerBlocks<'_, N> {
-        CornerBlocks::new(self.lambda, self.mu, &self.rotated, a)
+    pub(crate) fn warped_blocks(&self, a: usize) -> CornerBlocks<N> {
+        CornerBlocks::new(self.lambda, self.mu, &self.rotated[a])
     }
 
     /// What the exact blocks of corner `a` have beyond the warped ones.
     #[inline(always)]
-    pub(crate) fn twist_blocks(&self, a: usize) -> TwistBlocks<'_, N> {
-        let [x, y, z] = self.rotated[a];
-        let [d00, d01, d02, d11, d12, d22] = self.twist;
+    pub(crate) fn twist_blocks(&self, a: usize) -> TwistBlocks {
+        TwistBlocks::new(&self.twist, &self.rotated[a])
+    }
+
+    /// `R g_b`.
+    #[inline(always)]
+    pub(crate) fn rotated(&self, b: usize) -> &Vec3 {
+        &self.rotated[b]
+    }
+}
+
+/// The blocks `[h_a]x D [h_b]x^T`, `h = R g`, of one corner `a` against others `b`.
+pub(crate) struct TwistBlocks {
+    /// `[h_a]x D`.
+    turned: [Vec3; 3],
+}
+
+impl TwistBlocks {
+    /// For the corner `a` with `h_a`, and the upper triangle of `D` by rows.
+    #[inline(always)]
+    pub(crate) fn new(twist: &[f64; 6], ha: &Vec3) -> Self {
+        let [x, y, z] = *ha;
+        let [d00, d01, d02, d11, d12, d22] = *twist;
         TwistBlocks {
-            rotated: &self.rotated,
             turned: [
                 [y * d02 - z * d01, y * d12 - z * d11, y * d22 - z * d12],
                 [z * d00 - x * d02, z * d01 - x * d12, z * d02 - x * d22],
@@ -111,20 +131,11 @@ impl<const N: usize> CellTangent<N> {
             ],
         }
     }
-}
 
-/// The blocks `[h_a]x D [h_b]x^T`, `h = R g`, of one corner `a` against the corners `b`.
-pub(crate) struct TwistBlocks<'g, const N: usize> {
-    rotated: &'g [Vec3; N],
-    /// `[h_a]x D`.
-    turned: [Vec3; 3],
-}
-
-impl<const N: usize> TwistBlocks<'_, N> {
-    /// The block against corner `b`, row-major.
+    /// The block against a corner with `h`, row-major.
     #[inline(always)]
-    pub(crate) fn block(&self, b: usize) -> Block {
-        let [x, y, z] = self.rotated[b];
+    pub(crate) fn block(&self, h: &Vec3) -> Block {
+        let [x, y, z] = *h;
         let mut out = [0.0; 9];
         for (i, m) in self.turned.iter().enumerate() {
             out[3 * i] = m[2] * y - m[1] * z;
@@ -142,12 +153,7 @@ impl<const N: usize> TwistBlocks<'_, N> {
 /// curvature `w = (lambda tr(S - I) - 2 mu) / (s_i + s_j)`; the cell is positive semidefinite if `w >= -mu`, so `projected`
 /// clamps smaller ones. `W = sum w n n^T`; at rest `W = -mu I` and `D = 0`.
 #[inline(always)]
-fn twists<const N: usize, const L: usize>(
-    elements: &[Element<N>; L],
-    f: &[[f64; 9]; L],
-    r: &[[f64; 9]; L],
-    projected: bool,
-) -> [[f64; 6]; L] {
+fn twists<const L: usize>(lames: &[Lame; L], f: &[[f64; 9]; L], r: &[[f64; 9]; L], projected: bool) -> [[f64; 6]; L] {
     // the spatial stretch F R^T
     let mut stretch = [[[0.0; L]; 3]; 3];
     for i in 0..3 {
@@ -163,7 +169,7 @@ fn twists<const N: usize, const L: usize>(
     let mut out = [[0.0; 6]; L];
     for k in 0..3 {
         for l in 0..L {
-            let (lambda, mu) = (elements[l].lambda, elements[l].mu);
+            let Lame { lambda, mu } = lames[l];
             let trace = s[0][l] + s[1][l] + s[2][l];
             let sum = (trace - s[k][l]).max(LEAST_STRETCH_SUM);
             let w = (lambda * (trace - 3.0) - 2.0 * mu) / sum + mu;
@@ -180,15 +186,15 @@ fn twists<const N: usize, const L: usize>(
 /// [`twists`] in the plane: `R` turns about z alone, across the stretches in the plane, whose sum is `tr(S)` less the one
 /// along z.
 #[inline(always)]
-fn planar_twists<const N: usize, const L: usize>(
-    elements: &[Element<N>; L],
+fn planar_twists<const L: usize>(
+    lames: &[Lame; L],
     f: &[[f64; 9]; L],
     r: &[[f64; 9]; L],
     projected: bool,
 ) -> [[f64; 6]; L] {
     let mut out = [[0.0; 6]; L];
     for l in 0..L {
-        let (lambda, mu) = (elements[l].lambda, elements[l].mu);
+        let Lame { lambda, mu } = lames[l];
         let trace = stretch_trace(&f[l], &r[l]);
         let w = (lambda * trace - 2.0 * mu) / (trace + 2.0).max(LEAST_STRETCH_SUM) + mu;
         out[l][5] = if projected { w.max(0.0) } else { w };
@@ -199,15 +205,15 @@ fn planar_twists<const N: usize, const L: usize>(
 /// What turning `R` adds to the tangents of cells side by side, see [`twists`]: of triangles, turning in the plane.
 #[inline(always)]
 pub(crate) fn twists_of_cells<const N: usize, const L: usize>(
-    elements: &[Element<N>; L],
+    lames: &[Lame; L],
     f: &[[f64; 9]; L],
     r: &[[f64; 9]; L],
     projected: bool,
 ) -> [[f64; 6]; L] {
     if N == 3 {
-        planar_twists(elements, f, r, projected)
+        planar_twists(lames, f, r, projected)
     } else {
-        twists(elements, f, r, projected)
+        twists(lames, f, r, projected)
     }
 }
 
@@ -254,25 +260,25 @@ mod tests {
 
     fn energy_of<const N: usize>(e: &Element<N>, u: &[Vec3; N]) -> f64 {
         let (f, r) = state(e, u);
-        energy(e, &f, &r)
+        energy(&e.lame, e.volume, &f, &r)
     }
 
     fn force_of<const N: usize>(e: &Element<N>, u: &[Vec3; N]) -> [Vec3; N] {
         let (f, r) = state(e, u);
-        e.corner_forces(&stress(e, &f, &r))
+        e.corner_forces(&stress(&e.lame, &f, &r))
     }
 
     fn hessian<const N: usize>(e: &Element<N>, u: &[Vec3; N], tangent: Tangent) -> DMatrix<f64> {
         let (f, r) = state(e, u);
-        let twist = twists_of_cells(&[*e], &[f], &[r], tangent == Tangent::Projected)[0];
+        let twist = twists_of_cells::<N, 1>(&[e.lame], &[f], &[r], tangent == Tangent::Projected)[0];
         let cell = match tangent {
             Tangent::Warped => CellTangent::warped(e, &r, 1.0),
             Tangent::Exact | Tangent::Projected => CellTangent::exact(e, &r, &twist, 1.0),
         };
         let mut k = DMatrix::zeros(3 * N, 3 * N);
         for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
-            let mut block = cell.warped_blocks(a).block(b);
-            add(&mut block, &cell.twist_blocks(a).block(b));
+            let mut block = cell.warped_blocks(a).block(cell.rotated(b));
+            add(&mut block, &cell.twist_blocks(a).block(cell.rotated(b)));
             for ij in 0..9 {
                 k[(3 * a + ij / 3, 3 * b + ij % 3)] = block[ij];
             }
@@ -369,7 +375,7 @@ mod tests {
             let (warped, exact) = (hessian(e, &rest, Tangent::Warped), hessian(e, &rest, Tangent::Exact));
             assert!((&warped - exact).amax() < 1e-14 * warped.amax());
             for (a, b, ij) in (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..9).map(move |ij| (a, b, ij)))) {
-                let k = e.rest_blocks(a).block(b)[ij];
+                let k = e.rest_blocks(a).block(&e.gradients[b])[ij];
                 assert!((k - warped[(3 * a + ij / 3, 3 * b + ij % 3)]).abs() < 1e-14 * warped.amax());
             }
         }

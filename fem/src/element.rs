@@ -7,6 +7,7 @@ use kerfem_mesh::Point;
 use kerfem_mesh::quality::cell_volume;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::material::Lame;
 use crate::small::{Block, times};
 use crate::{FemError, Material};
 
@@ -20,10 +21,8 @@ pub(crate) struct Element<const N: usize> {
     pub(crate) gradients: [Vec3; N],
     /// Rest volume (m³).
     pub(crate) volume: f64,
-    /// First Lamé parameter (Pa), see [`Material::lambda_of_cell`].
-    pub(crate) lambda: f64,
-    /// Second Lamé parameter (Pa).
-    pub(crate) mu: f64,
+    /// The law of the cell alone: that of the material, less what a cure of locking gives to the patches of vertices.
+    pub(crate) lame: Lame,
     /// Mass (kg).
     pub(crate) mass: f64,
 }
@@ -33,8 +32,7 @@ impl<const N: usize> Default for Element<N> {
         Element {
             gradients: [[0.0; 3]; N],
             volume: 0.0,
-            lambda: 0.0,
-            mu: 0.0,
+            lame: Lame::default(),
             mass: 0.0,
         }
     }
@@ -42,9 +40,9 @@ impl<const N: usize> Default for Element<N> {
 
 impl<const N: usize> Element<N> {
     /// Axes along which the element deforms.
-    const AXES: usize = N - 1;
+    pub(crate) const AXES: usize = N - 1;
 
-    /// The element over rest positions `p` of cell number `cell`.
+    /// The element over rest positions `p` of cell number `cell`, with all of the material's stiffness.
     pub(crate) fn new(cell: u32, p: &[Point; N], material: &Material) -> Result<Self, FemError> {
         let volume = material.volume_of_cell(p);
         let gradients = shape_gradients(p);
@@ -54,8 +52,7 @@ impl<const N: usize> Element<N> {
         Ok(Element {
             gradients,
             volume,
-            lambda: material.lambda_of_cell::<N>(),
-            mu: material.mu(),
+            lame: material.lame::<N>(),
             mass: material.density() * volume,
         })
     }
@@ -97,33 +94,12 @@ impl<const N: usize> Element<N> {
         forces
     }
 
-    /// Stress of the linear model, `mu (H + H^T) + lambda tr(H) I` (Pa), row-major.
-    #[inline]
-    pub(crate) fn linear_stress(&self, h: &[f64; 9]) -> [f64; 9] {
-        let pressure = self.lambda * (h[0] + h[4] + h[8]);
-        let mut p = [0.0; 9];
-        for i in 0..3 {
-            for j in 0..3 {
-                p[3 * i + j] = self.mu * (h[3 * i + j] + h[3 * j + i]);
-            }
-            p[4 * i] += pressure;
-        }
-        p
-    }
-
-    /// Energy of the linear model, `V (mu e:e + lambda/2 tr^2 e)` with `e = sym H` (J).
-    #[inline]
-    pub(crate) fn linear_energy(&self, h: &[f64; 9]) -> f64 {
-        let p = self.linear_stress(h);
-        0.5 * self.volume * p.iter().zip(h).map(|(p, h)| p * h).sum::<f64>()
-    }
-
-    /// Largest eigenvalue (1/s²) of the rest stiffness against the lumped mass of the cell alone.
+    /// Largest eigenvalue (1/s²) of the rest stiffness by a law against the lumped mass of the cell alone.
     ///
     /// With `S = sum g_a g_a^T`, of eigenvalues `s`, the nonzero eigenvalues of `Ke / V` are those of `stress -> C sym(stress S)`
     /// for symmetric matrices: in the eigenbasis of `S` shears part, with `mu (s_i + s_j)`, from normal components, with
     /// `2 mu diag(s) + lambda sqrt(s) sqrt(s)^T`.
-    pub(crate) fn largest_eigenvalue(&self) -> f64 {
+    pub(crate) fn largest_eigenvalue(&self, lame: &Lame) -> f64 {
         let gram: Matrix3<f64> = self
             .gradients
             .iter()
@@ -132,42 +108,44 @@ impl<const N: usize> Element<N> {
             .sum();
         let s = gram.symmetric_eigenvalues().map(|s| s.max(0.0));
         let root = s.map(f64::sqrt);
-        let normal = Matrix3::from_diagonal(&s) * (2.0 * self.mu) + root * root.transpose() * self.lambda;
-        let shear = self.mu * (s.sum() - s.min());
+        let normal = Matrix3::from_diagonal(&s) * (2.0 * lame.mu) + root * root.transpose() * lame.lambda;
+        let shear = lame.mu * (s.sum() - s.min());
         let largest = normal.symmetric_eigenvalues().max().max(shear);
         N as f64 * self.volume * largest / self.mass
     }
 
     /// Stiffness blocks of corner `a` at rest, `K_ab = V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I)` (N/m).
     #[inline(always)]
-    pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<'_, N> {
-        CornerBlocks::new(self.volume * self.lambda, self.volume * self.mu, &self.gradients, a)
+    pub(crate) fn rest_blocks(&self, a: usize) -> CornerBlocks<N> {
+        CornerBlocks::new(
+            self.volume * self.lame.lambda,
+            self.volume * self.lame.mu,
+            &self.gradients[a],
+        )
     }
 }
 
-/// The blocks `lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I` of one corner `a` against the corners `b`; of a triangle
+/// The blocks `lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I` of one corner `a` against others `b`; in the plane (`N = 3`)
 /// without the row and column of z.
-pub(crate) struct CornerBlocks<'g, const N: usize> {
-    gradients: &'g [Vec3; N],
+pub(crate) struct CornerBlocks<const N: usize> {
     lambda_ga: Vec3,
     mu_ga: Vec3,
 }
 
-impl<'g, const N: usize> CornerBlocks<'g, N> {
+impl<const N: usize> CornerBlocks<N> {
     #[inline(always)]
-    pub(crate) fn new(lambda: f64, mu: f64, gradients: &'g [Vec3; N], a: usize) -> Self {
-        let [x, y, z] = gradients[a];
+    pub(crate) fn new(lambda: f64, mu: f64, ga: &Vec3) -> Self {
+        let [x, y, z] = *ga;
         CornerBlocks {
-            gradients,
             lambda_ga: [lambda * x, lambda * y, lambda * z],
             mu_ga: [mu * x, mu * y, mu * z],
         }
     }
 
-    /// The block against corner `b`, row-major.
+    /// The block against a corner with gradient `g`, row-major.
     #[inline(always)]
-    pub(crate) fn block(&self, b: usize) -> Block {
-        let (l, m, g) = (&self.lambda_ga, &self.mu_ga, &self.gradients[b]);
+    pub(crate) fn block(&self, g: &Vec3) -> Block {
+        let (l, m) = (&self.lambda_ga, &self.mu_ga);
         let d = m[0] * g[0] + m[1] * g[1] + m[2] * g[2];
         [
             l[0] * g[0] + m[0] * g[0] + d,
@@ -262,9 +240,9 @@ mod tests {
             u[d / 3][d % 3] = 1.0;
             u
         };
-        let column = |d: usize| e.corner_forces(&e.linear_stress(&e.displacement_gradient(&unit(d))));
+        let column = |d: usize| e.corner_forces(&e.lame.linear_stress(&e.displacement_gradient(&unit(d))));
         let stiffness = nalgebra::DMatrix::from_fn(3 * N, 3 * N, |i, d| column(d)[i / 3][i % 3]);
         let exact = stiffness.symmetric_eigenvalues().max() * N as f64 / e.mass;
-        assert!((e.largest_eigenvalue() / exact - 1.0).abs() < 1e-12);
+        assert!((e.largest_eigenvalue(&e.lame) / exact - 1.0).abs() < 1e-12);
     }
 }

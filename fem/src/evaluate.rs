@@ -8,8 +8,9 @@ use nalgebra::Matrix3;
 use crate::corotated::{self, CellTangent};
 use crate::element::{Element, Vec3, matrix};
 use crate::parallel::{BATCH, for_each_batch, for_each_batch_of_two, for_each_slot};
+use crate::patch::{Patch, PatchState, patches_around};
 use crate::rotation::rotations_of_cells;
-use crate::rows::{cells_of_row, corner_of, corner_values, tangent_row};
+use crate::rows::{add_patches_to_row, cells_of_row, corner_of, corner_values, tangent_row};
 use crate::small::IDENTITY;
 use crate::{Assembler, BlockMatrix, Plane};
 
@@ -49,24 +50,34 @@ pub(crate) struct Scratch<const N: usize> {
     tangents: Vec<CellTangent<N>>,
     forces: Vec<[Vec3; N]>,
     energies: Vec<f64>,
+    /// By vertex slot.
+    patches: Vec<Vec<PatchState>>,
+    patch_energies: Vec<f64>,
 }
 
 impl<const N: usize> Assembler<N> {
-    /// Elastic energy (J) at displacements `u` (m, 3 per vertex slot), summed in the order of the cells.
+    /// Elastic energy (J) at displacements `u` (m, 3 per vertex slot), summed in the order of the cells, then of the
+    /// patches if locking is cured.
     ///
     /// # Panics
     /// If `u` has the wrong length.
     pub fn energy(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64]) -> f64 {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
-        let energies = &mut scratch.energies;
+        let Scratch {
+            energies,
+            patch_energies,
+            ..
+        } = &mut *scratch;
         energies.resize(self.elements.len(), 0.0);
         match model {
             Model::Linear => for_each_slot(energies, |c, energy| {
                 let c = CellId(c as u32);
                 let e = &self.elements[c.index()];
                 *energy = match mesh.has_cell(c) {
-                    true => e.linear_energy(&e.displacement_gradient(&corner_values(mesh, c, u))),
+                    true => e
+                        .lame
+                        .linear_energy(e.volume, &e.displacement_gradient(&corner_values(mesh, c, u))),
                     false => 0.0,
                 };
             }),
@@ -77,12 +88,16 @@ impl<const N: usize> Assembler<N> {
                     let (elements, f) = self.deformation_gradients(mesh, first, u);
                     let r = rotations_of_cells::<N, _>(&f);
                     for (l, energy) in energies.iter_mut().enumerate() {
-                        *energy = corotated::energy(&elements[l], &f[l], &r[l]);
+                        *energy = corotated::energy(&elements[l].lame, elements[l].volume, &f[l], &r[l]);
                     }
                 },
             ),
         }
-        energies.iter().sum()
+        patch_energies.resize(self.patches.len(), 0.0);
+        for_each_slot(patch_energies, |v, energy| {
+            *energy = self.patches[v].iter().map(|p| p.energy(model, u)).sum();
+        });
+        energies.iter().sum::<f64>() + patch_energies.iter().sum::<f64>()
     }
 
     /// `f := dEnergy/du` (N) at displacements `u` (m), both 3 per vertex slot: what the body exerts against being deformed,
@@ -93,7 +108,7 @@ impl<const N: usize> Assembler<N> {
     pub fn internal_force(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64], f: &mut [f64]) {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
-        let forces = &mut scratch.forces;
+        let Scratch { forces, patches, .. } = &mut *scratch;
         forces.resize(self.elements.len(), [[0.0; 3]; N]);
         match model {
             Model::Linear => for_each_slot(forces, |c, forces| {
@@ -101,7 +116,7 @@ impl<const N: usize> Assembler<N> {
                 if mesh.has_cell(c) {
                     let e = &self.elements[c.index()];
                     let h = e.displacement_gradient(&corner_values(mesh, c, u));
-                    *forces = e.corner_forces(&e.linear_stress(&h));
+                    *forces = e.corner_forces(&e.lame.linear_stress(&h));
                 }
             }),
             Model::Corotated => for_each_batch(
@@ -111,12 +126,13 @@ impl<const N: usize> Assembler<N> {
                     let (elements, f) = self.deformation_gradients(mesh, first, u);
                     let r = rotations_of_cells::<N, _>(&f);
                     for (l, forces) in forces.iter_mut().enumerate() {
-                        *forces = elements[l].corner_forces(&corotated::stress(&elements[l], &f[l], &r[l]));
+                        *forces = elements[l].corner_forces(&corotated::stress(&elements[l].lame, &f[l], &r[l]));
                     }
                 },
             ),
         }
-        self.gather_forces(mesh, forces, f);
+        self.for_each_patch(patches, |patch, state| patch.set_stress(model, u, state));
+        self.gather_forces(mesh, forces, patches, f);
     }
 
     /// `out :=` tangent stiffness at displacements `u` (N/m). `out` comes from [`Self::new_matrix`] and is filled in place;
@@ -178,7 +194,12 @@ impl<const N: usize> Assembler<N> {
     ) {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
-        let Scratch { tangents, forces, .. } = &mut *scratch;
+        let Scratch {
+            tangents,
+            forces,
+            patches,
+            ..
+        } = &mut *scratch;
         tangents.resize(self.elements.len(), CellTangent::default());
         forces.resize(self.elements.len(), [[0.0; 3]; N]);
         let with_force = force.is_some();
@@ -191,9 +212,15 @@ impl<const N: usize> Assembler<N> {
                 let r = rotations_of_cells::<N, _>(&f);
                 let twists = match tangent {
                     Tangent::Warped => [[0.0; 6]; BATCH],
-                    Tangent::Exact | Tangent::Projected => {
-                        corotated::twists_of_cells(&elements, &f, &r, tangent == Tangent::Projected)
-                    }
+                    Tangent::Exact | Tangent::Projected => corotated::twists_of_cells::<N, _>(
+                        &elements.each_ref().map(
+                            #[inline(always)]
+                            |e| e.lame,
+                        ),
+                        &f,
+                        &r,
+                        tangent == Tangent::Projected,
+                    ),
                 };
                 for (l, (state, forces)) in tangents.iter_mut().zip(forces).enumerate() {
                     let e = &elements[l];
@@ -204,23 +231,39 @@ impl<const N: usize> Assembler<N> {
                         }
                     };
                     if with_force {
-                        *forces = e.corner_forces(&corotated::stress(e, &f[l], &r[l]));
+                        *forces = e.corner_forces(&corotated::stress(&e.lame, &f[l], &r[l]));
                     }
                 }
             },
         );
-        let (tangents, slots) = (&*tangents, &self.slots);
+        self.for_each_patch(patches, |patch, state| {
+            patch.linearize(tangent, u, scales.stiffness, state)
+        });
+        let (tangents, slots, states) = (&*tangents, &self.slots, &*patches);
         out.pattern.for_each_row(
             &mut out.values,
             #[inline(always)]
             |i, cols, row| {
                 tangent_row(mesh, tangents, slots, tangent, i, row);
+                add_patches_to_row(&self.patches, states, tangent, i, cols, row);
                 self.add_mass(i, cols, scales.mass, row);
             },
         );
         if let Some(force) = force {
-            self.gather_forces(mesh, forces, force);
+            self.gather_forces(mesh, forces, patches, force);
         }
+    }
+
+    /// Calls `f` for every patch and its state, in parallel.
+    fn for_each_patch(&self, states: &mut Vec<Vec<PatchState>>, f: impl Fn(&Patch<N>, &mut PatchState) + Sync + Send) {
+        states.resize_with(self.patches.len(), Vec::new);
+        for_each_slot(states, |v, states| {
+            states.resize_with(self.patches[v].len(), PatchState::default);
+            self.patches[v]
+                .iter()
+                .zip(states)
+                .for_each(|(patch, state)| f(patch, state));
+        });
     }
 
     /// A batch of cells and their deformation gradients; nothing and the identity in empty slots.
@@ -253,7 +296,7 @@ impl<const N: usize> Assembler<N> {
         }
     }
 
-    fn gather_forces(&self, mesh: &SimplexMesh<N>, forces: &[[Vec3; N]], f: &mut [f64]) {
+    fn gather_forces(&self, mesh: &SimplexMesh<N>, forces: &[[Vec3; N]], states: &[Vec<PatchState>], f: &mut [f64]) {
         assert_eq!(f.len(), 3 * self.stiffness.rows(), "length of f");
         let f = f.as_chunks_mut::<3>().0;
         for_each_slot(f, |i, f| {
@@ -263,6 +306,9 @@ impl<const N: usize> Assembler<N> {
                 for axis in 0..3 {
                     f[axis] += force[axis];
                 }
+            }
+            for (j, k, place) in patches_around(&self.patches, i) {
+                self.patches[j][k].add_force(&states[j][k], place, f);
             }
         });
     }
@@ -278,22 +324,34 @@ impl<const N: usize> Assembler<N> {
 
     /// Stress of a cell (Pa), symmetric, with the law of linear elasticity `2 mu e + lambda tr(e) I`: of the linear model
     /// with `e = sym(F - I)`; of the corotated one with `e = S - I`, turned by `R` into the deformed frame. In plane strain with
-    /// the stress along z, in plane stress that is zero.
+    /// the stress along z, in plane stress that is zero. Where locking is cured it is that of the cell alone, plus the mean of those of
+    /// the patches of its corners.
     ///
     /// # Panics
     /// If there is no such cell or `u` has the wrong length.
     pub fn cauchy_like_stress(&self, mesh: &SimplexMesh<N>, model: Model, c: CellId, u: &[f64]) -> Matrix3<f64> {
         let e = &self.elements[c.index()];
-        let u = corner_values(mesh, c, self.as_vectors(u));
+        let all = self.as_vectors(u);
+        let u = corner_values(mesh, c, all);
+        let turned = |stress: &[f64; 9], r: &[f64; 9]| {
+            let s = matrix(stress) * matrix(r).transpose();
+            (s + s.transpose()) / 2.0
+        };
         let mut stress = match model {
-            Model::Linear => matrix(&e.linear_stress(&e.displacement_gradient(&u))),
+            Model::Linear => matrix(&e.lame.linear_stress(&e.displacement_gradient(&u))),
             Model::Corotated => {
                 let f = e.deformation_gradient(&u);
                 let [r] = rotations_of_cells::<N, 1>(&[f]);
-                let s = matrix(&corotated::stress(e, &f, &r)) * matrix(&r).transpose();
-                (s + s.transpose()) / 2.0
+                turned(&corotated::stress(&e.lame, &f, &r), &r)
             }
         };
+        for v in mesh.cell(c) {
+            let own = self.patches.get(v.index()).into_iter().flatten();
+            if let Some(patch) = own.into_iter().find(|p| p.material == *self.material(c)) {
+                let (s, r) = patch.stress(model, all);
+                stress += turned(&s, &r) / N as f64;
+            }
+        }
         if N == 3 && self.material(c).plane() == Plane::Stress {
             stress[(2, 2)] = 0.0;
         }

@@ -121,10 +121,19 @@ impl Material {
         self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
     }
 
+    /// The law of a cell, see [`Lame`].
+    #[inline]
+    pub(crate) fn lame<const N: usize>(&self) -> Lame {
+        Lame {
+            lambda: self.lambda_of_cell::<N>(),
+            mu: self.mu(),
+        }
+    }
+
     /// The factor of `tr(e) I` in the stress of a cell (Pa), where a triangle has the trace in the plane:
     /// [`Self::lambda`], except in plane stress `2 lambda mu / (lambda + 2 mu)`, that is `E nu / (1 - nu²)`.
     #[inline]
-    pub(crate) fn lambda_of_cell<const N: usize>(&self) -> f64 {
+    fn lambda_of_cell<const N: usize>(&self) -> f64 {
         if N == 3 && self.plane == Plane::Stress {
             self.young * self.poisson / (1.0 - self.poisson * self.poisson)
         } else {
@@ -136,6 +145,47 @@ impl Material {
     #[inline]
     pub fn mu(&self) -> f64 {
         self.young / (2.0 * (1.0 + self.poisson))
+    }
+}
+
+/// The two numbers of an isotropic law, stress `2 mu e + lambda tr(e) I` with the trace in the plane for a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Lame {
+    /// First Lamé parameter (Pa), see [`Material::lambda_of_cell`].
+    pub(crate) lambda: f64,
+    /// Second Lamé parameter (Pa).
+    pub(crate) mu: f64,
+}
+
+impl Lame {
+    /// Both numbers times a factor.
+    #[inline]
+    pub(crate) fn times(&self, factor: f64) -> Lame {
+        Lame {
+            lambda: self.lambda * factor,
+            mu: self.mu * factor,
+        }
+    }
+
+    /// Stress of the linear model, `mu (H + H^T) + lambda tr(H) I` (Pa), row-major.
+    #[inline]
+    pub(crate) fn linear_stress(&self, h: &[f64; 9]) -> [f64; 9] {
+        let pressure = self.lambda * (h[0] + h[4] + h[8]);
+        let mut p = [0.0; 9];
+        for i in 0..3 {
+            for j in 0..3 {
+                p[3 * i + j] = self.mu * (h[3 * i + j] + h[3 * j + i]);
+            }
+            p[4 * i] += pressure;
+        }
+        p
+    }
+
+    /// Energy of the linear model over a `volume` (m³), `V (mu e:e + lambda/2 tr^2 e)` with `e = sym H` (J).
+    #[inline]
+    pub(crate) fn linear_energy(&self, volume: f64, h: &[f64; 9]) -> f64 {
+        let p = self.linear_stress(h);
+        0.5 * volume * p.iter().zip(h).map(|(p, h)| p * h).sum::<f64>()
     }
 }
 

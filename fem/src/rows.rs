@@ -6,6 +6,7 @@ use crate::FemError;
 use crate::corotated::CellTangent;
 use crate::element::{Element, Vec3};
 use crate::evaluate::Tangent;
+use crate::patch::{Patch, PatchState, patches_around};
 use crate::pattern::Pattern;
 use crate::small::{Block, add};
 
@@ -34,13 +35,21 @@ pub(crate) fn corner_values<const N: usize>(mesh: &SimplexMesh<N>, c: CellId, u:
     mesh.cell(c).map(|v| u[v.index()])
 }
 
-/// Columns of the row of a vertex, ascending: itself and its neighbours; none without cells.
-pub(crate) fn row_pattern<const N: usize>(mesh: &SimplexMesh<N>, v: u32) -> Result<Vec<u32>, FemError> {
+/// Columns of the row of a vertex, ascending: itself and its neighbours, and what it shares a patch with; none without cells.
+pub(crate) fn row_pattern<'p, const N: usize>(
+    mesh: &SimplexMesh<N>,
+    v: u32,
+    patches_of: impl Fn(u32) -> &'p [Patch<N>],
+) -> Result<Vec<u32>, FemError> {
     let mut cols: Vec<u32> = cells_of_row(mesh, v as usize)
         .iter()
         .flat_map(|&c| mesh.cell(c))
         .map(|w| w.0)
         .collect();
+    for own in patches_of(v) {
+        let around = own.vertices.iter().flat_map(|&w| patches_of(w));
+        cols.extend(around.filter(|p| p.material == own.material).flat_map(|p| &p.vertices));
+    }
     cols.sort_unstable();
     cols.dedup();
     match cols.len() <= usize::from(u16::MAX) {
@@ -59,12 +68,15 @@ pub(crate) fn row_slots<const N: usize>(mesh: &SimplexMesh<N>, pattern: &Pattern
     corners.map(|v| cols.partition_point(|&w| w < v.0) as u16)
 }
 
-/// `row :=` sum over the cells of the vertex, ascending, of the stiffness blocks of its corner at rest.
+/// `row :=` sum over the cells of the vertex, ascending, of the stiffness blocks of its corner at rest; then over the patches
+/// around it.
 pub(crate) fn stiffness_row<const N: usize>(
     mesh: &SimplexMesh<N>,
     elements: &[Element<N>],
     slots: &[Slots<N>],
+    patches: &[Vec<Patch<N>>],
     i: usize,
+    cols: &[u32],
     row: &mut [Block],
 ) {
     row.fill([0.0; 9]);
@@ -72,8 +84,14 @@ pub(crate) fn stiffness_row<const N: usize>(
         let a = corner_of(mesh, c, i);
         let blocks = elements[c.index()].rest_blocks(a);
         for (b, place) in slots[c.index()][a].into_iter().enumerate() {
-            add(&mut row[place as usize], &blocks.block(b));
+            add(
+                &mut row[place as usize],
+                &blocks.block(&elements[c.index()].gradients[b]),
+            );
         }
+    }
+    for (j, k, place) in patches_around(patches, i) {
+        patches[j][k].add_rest_blocks(place, cols, row);
     }
 }
 
@@ -91,16 +109,31 @@ pub(crate) fn tangent_row<const N: usize>(
     for &c in cells_of_row(mesh, i) {
         let a = corner_of(mesh, c, i);
         let places = &slots[c.index()][a];
-        let blocks = tangents[c.index()].warped_blocks(a);
+        let cell = &tangents[c.index()];
+        let blocks = cell.warped_blocks(a);
         for b in 0..N {
-            add(&mut row[places[b] as usize], &blocks.block(b));
+            add(&mut row[places[b] as usize], &blocks.block(cell.rotated(b)));
         }
         if tangent != Tangent::Warped {
-            let blocks = tangents[c.index()].twist_blocks(a);
+            let blocks = cell.twist_blocks(a);
             for b in 0..N {
-                add(&mut row[places[b] as usize], &blocks.block(b));
+                add(&mut row[places[b] as usize], &blocks.block(cell.rotated(b)));
             }
         }
+    }
+}
+
+/// `row +=` what the patches around the vertex add to the tangent.
+pub(crate) fn add_patches_to_row<const N: usize>(
+    patches: &[Vec<Patch<N>>],
+    states: &[Vec<PatchState>],
+    tangent: Tangent,
+    i: usize,
+    cols: &[u32],
+    row: &mut [Block],
+) {
+    for (j, k, place) in patches_around(patches, i) {
+        patches[j][k].add_tangent_blocks(&states[j][k], tangent, place, cols, row);
     }
 }
 

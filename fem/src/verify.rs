@@ -19,7 +19,7 @@ impl<const N: usize> Assembler<N> {
     /// Compares with a fresh assembly of the same mesh; the differences must be exactly zero. If the mesh can not be
     /// assembled (a cell is inverted), they are infinite.
     pub fn verify(&self, mesh: &SimplexMesh<N>) -> Verification {
-        let Ok(fresh) = Assembler::new(mesh, |c| *self.material(c)) else {
+        let Ok(fresh) = Assembler::with_cure(mesh, self.locking(), |c| *self.material(c)) else {
             return Verification {
                 stiffness_max_relative_difference: f64::INFINITY,
                 mass_max_relative_difference: f64::INFINITY,

@@ -1,7 +1,7 @@
 //! Bodies, states and edits that several tests use.
 
 use kerfem_fem::{Assembler, BlockMatrix, Material};
-use kerfem_mesh::{CellId, Edit, FacetLabel, Point, SimplexMesh, TetMesh, VertexId, generate};
+use kerfem_mesh::{CellId, Edit, FacetLabel, MeshChange, Point, SimplexMesh, TetMesh, VertexId, generate};
 use nalgebra::Matrix3;
 
 pub(crate) fn rubber() -> Material {
@@ -105,4 +105,31 @@ pub(crate) fn separate(edit: &mut Edit<'_, 4>, v: VertexId, n: Point) -> VertexI
         edit.add_cell(corners.map(|w| if w == v { copy } else { w }), c, [FacetLabel::NONE; 4]);
     }
     copy
+}
+
+/// An edge of a live cell, chosen by numbers between -1 and 1.
+fn some_edge(mesh: &TetMesh, next: &mut impl FnMut() -> f64) -> (VertexId, VertexId) {
+    let cells: Vec<CellId> = mesh.cell_ids().collect();
+    let mut pick = |n: usize| ((next() + 1.0) / 2.0 * n as f64) as usize % n;
+    let corners = mesh.cell(cells[pick(cells.len())]);
+    let (a, shift) = (pick(4), 1 + pick(3));
+    (corners[a], corners[(a + shift) % 4])
+}
+
+/// Splits an edge, doubles a vertex or moves one, by numbers between -1 and 1.
+pub(crate) fn random_edit(mesh: &mut TetMesh, next: &mut impl FnMut() -> f64) -> MeshChange<4> {
+    let (a, b) = some_edge(mesh, next);
+    let kind = next();
+    let mut edit = Edit::new(mesh);
+    if kind < 0.0 {
+        split_edge(&mut edit, a, b, 0.5 + 0.2 * next());
+    } else if kind < 0.5 {
+        let n = Point::new(next(), next(), next());
+        separate(&mut edit, a, n);
+    } else {
+        let m = edit.mesh();
+        let rest = m.rest_position(a) * 0.98 + m.rest_position(b) * 0.02;
+        edit.move_vertex(a, rest, &vec![(a, 0.98), (b, 0.02)]);
+    }
+    edit.commit()
 }

@@ -1,8 +1,9 @@
-//! Tests of the whole crate: elasticity of a body, updates after edits, linear solves, multigrid, and figures (ignored).
+//! Tests of the whole crate: elasticity of a body, updates after edits, the cure of locking, linear solves, multigrid, and figures (ignored).
 
 mod elasticity;
 mod figures;
 mod helpers;
+mod locking;
 mod multigrid;
 mod planar;
 mod solve;

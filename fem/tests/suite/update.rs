@@ -3,7 +3,7 @@
 use kerfem_fem::{Assembler, FemError, Material, Model, Tangent, Touched};
 use kerfem_mesh::{CellId, Edit, MeshChange, Point, TetMesh, VertexId, generate};
 
-use crate::helpers::{assemble, body, product, random, rubber, separate, split_edge};
+use crate::helpers::{assemble, body, product, random, random_edit, rubber, separate, split_edge};
 
 fn assert_exact(assembler: &Assembler, mesh: &TetMesh) {
     let v = assembler.verify(mesh);
@@ -12,32 +12,6 @@ fn assert_exact(assembler: &Assembler, mesh: &TetMesh) {
         (v.stiffness_max_relative_difference, v.mass_max_relative_difference),
         (0.0, 0.0)
     );
-}
-
-/// An edge of a live cell, chosen by numbers between -1 and 1.
-fn some_edge(mesh: &TetMesh, next: &mut impl FnMut() -> f64) -> (VertexId, VertexId) {
-    let cells: Vec<CellId> = mesh.cell_ids().collect();
-    let mut pick = |n: usize| ((next() + 1.0) / 2.0 * n as f64) as usize % n;
-    let corners = mesh.cell(cells[pick(cells.len())]);
-    let (a, shift) = (pick(4), 1 + pick(3));
-    (corners[a], corners[(a + shift) % 4])
-}
-
-fn random_edit(mesh: &mut TetMesh, next: &mut impl FnMut() -> f64) -> MeshChange<4> {
-    let (a, b) = some_edge(mesh, next);
-    let kind = next();
-    let mut edit = Edit::new(mesh);
-    if kind < 0.0 {
-        split_edge(&mut edit, a, b, 0.5 + 0.2 * next());
-    } else if kind < 0.5 {
-        let n = Point::new(next(), next(), next());
-        separate(&mut edit, a, n);
-    } else {
-        let m = edit.mesh();
-        let rest = m.rest_position(a) * 0.98 + m.rest_position(b) * 0.02;
-        edit.move_vertex(a, rest, &vec![(a, 0.98), (b, 0.02)]);
-    }
-    edit.commit()
 }
 
 #[test]
