@@ -13,6 +13,11 @@ pub mod scene {}
 #[doc = include_str!("../../docs/book/methods.md")]
 pub mod methods {}
 
+#[doc = include_str!("../../docs/book/locking.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/locking.md")]
+pub mod locking {}
+
 #[doc = include_str!("../../docs/book/files.md")]
 pub mod files {}
 
