@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use kerfem_fem::{LinearSolver, Model, PreconditionerKind, SolverKind, SolverOptions};
+use kerfem_fem::{
+    LinearSolver, Locking, Material, Model, NEARLY_INCOMPRESSIBLE, PreconditionerKind, SolverKind, SolverOptions,
+};
 
 use crate::report::Choice;
 use crate::{ModelKind, Nonlinear, PreconditionerName, Scene, Scheme, SolverName};
@@ -11,9 +13,6 @@ use crate::{ModelKind, Nonlinear, PreconditionerName, Scene, Scheme, SolverName}
 const DIRECT: usize = 20_000;
 /// Linear solves inside Newton's method need no more than this: the next step corrects what is left.
 const NEWTON_TOLERANCE: f64 = 1e-3;
-
-/// Poisson's ratio above which plain elements are too stiff by more than their size alone tells.
-const LOCKS: f64 = 0.45;
 
 /// Every choice of a run, by the key of the scene it stands for.
 pub type Choices = BTreeMap<String, Choice>;
@@ -45,17 +44,26 @@ pub(crate) fn model(scene: &Scene, choices: &mut Choices) -> Model {
     }
 }
 
-/// Notes what "auto" means for locking: elements without a cure.
-pub(crate) fn locking(scene: &Scene, choices: &mut Choices) {
-    if scene.model.locking == "auto" {
-        let poissons = scene.region.iter().filter_map(|r| r.poisson);
-        let poisson = poissons.fold(scene.material.poisson, f64::max);
-        let why = match poisson > LOCKS {
-            true => format!("no cure is available yet; displacements will be too small at poisson = {poisson}"),
-            false => format!("poisson = {poisson} needs no cure"),
-        };
-        note(choices, "model.locking", "none", why);
+/// The cure of volumetric locking, for a body of these materials and cells of `N` corners.
+pub(crate) fn locking<const N: usize>(scene: &Scene, materials: &[Material], choices: &mut Choices) -> Locking {
+    match scene.model.locking.as_str() {
+        "nodal" => return Locking::Nodal,
+        "none" => return Locking::None,
+        _ => {}
     }
+    let cured = materials.iter().filter(|m| Locking::Auto.cures::<N>(m));
+    let (chosen, why) = match cured.map(Material::poisson).reduce(f64::max) {
+        Some(poisson) => (
+            "nodal",
+            format!("poisson = {poisson} locks plain elements; above {NEARLY_INCOMPRESSIBLE} materials are cured"),
+        ),
+        None => {
+            let poisson = materials.iter().map(Material::poisson).fold(-1.0, f64::max);
+            ("none", format!("poisson = {poisson} needs no cure"))
+        }
+    };
+    note(choices, "model.locking", chosen, why);
+    Locking::Auto
 }
 
 /// The linear solver for so many unknowns.

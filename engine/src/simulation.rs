@@ -235,11 +235,11 @@ impl<const N: usize> Simulation<N> {
     pub(crate) fn assembled(scene: Scene, parts: Parts<N>) -> Result<Self, EngineError> {
         let (mesh, regions) = (parts.mesh, parts.regions);
         let materials = materials::<N>(&scene)?;
-        let assembler = Assembler::new(&mesh, |c| materials[regions[c.index()] as usize])
-            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
         let mut choices = Choices::new();
         let model = choices::model(&scene, &mut choices);
-        choices::locking(&scene, &mut choices);
+        let locking = choices::locking::<N>(&scene, &materials, &mut choices);
+        let assembler = Assembler::with_cure(&mesh, locking, |c| materials[regions[c.index()] as usize])
+            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
         let free = || parts.fixed.mask().iter().filter(|f| !**f).count();
         let unknowns = parts.unknowns.unwrap_or_else(free);
         let solver = choices::solver(&scene, model, unknowns, &mut choices);

@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
-use kerfem_fem::Tangent;
+use kerfem_fem::{Locking, Tangent};
 use kerfem_mesh::io::write_atomically;
 use sprs::CsMat;
 
 use super::frames::Numbering;
 use crate::{EngineError, Simulation};
 
-/// Writes `system/K.mtx` (linear stiffness at rest), `K_tangent.mtx` (operator of the last solve, or the tangent where
+/// Writes `system/K.mtx` (linear stiffness at rest, without a cure of locking), `K_tangent.mtx` (operator of the last solve, or the tangent where
 /// nothing was solved), `M.mtx`, `M_lumped.mtx` and `f.mtx` (external load).
 pub(crate) fn export_system<const N: usize>(folder: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let folder = folder.join("system");
@@ -26,7 +26,11 @@ pub(crate) fn export_system<const N: usize>(folder: &Path, simulation: &Simulati
             matrix.to_csr()
         }
     };
-    write_matrix::<N>(&folder.join("K.mtx"), &assembler.stiffness().to_csr(), &numbering)?;
+    let stiffness = match assembler.locking() {
+        Locking::None => assembler.stiffness().to_csr(),
+        _ => assembler.stiffness_without_cure(&simulation.mesh)?.to_csr(),
+    };
+    write_matrix::<N>(&folder.join("K.mtx"), &stiffness, &numbering)?;
     write_matrix::<N>(&folder.join("K_tangent.mtx"), &tangent, &numbering)?;
     write_matrix::<N>(&folder.join("M.mtx"), &assembler.consistent_mass().to_csr(), &numbering)?;
     let axes = N - 1;

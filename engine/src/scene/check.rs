@@ -230,8 +230,11 @@ impl Scene {
             let message = format!("{} is not available yet; accepted: 1", m.order);
             return self.fail("model", 0, "order", message);
         }
-        if !["none", "auto"].contains(&m.locking.as_str()) {
-            let message = format!("\"{}\" is not available yet; accepted: \"none\", \"auto\"", m.locking);
+        if !["none", "auto", "nodal"].contains(&m.locking.as_str()) {
+            let message = format!(
+                "\"{}\" is not accepted; accepted: \"none\", \"auto\", \"nodal\"",
+                m.locking
+            );
             return self.fail("model", 0, "locking", message);
         }
         self.positive("model", 0, "accuracy", m.accuracy)

@@ -242,7 +242,8 @@ pub struct ModelSpec {
     pub mass: MassKind,
     /// Order of the elements: 1.
     pub order: u32,
-    /// Cure of volumetric locking: "none" or "auto".
+    /// Cure of volumetric locking: "none"; "nodal", strains averaged at the vertices, for all materials; "auto", for those with a
+    /// Poisson's ratio above 0.45.
     pub locking: String,
     /// Relative error that is wanted; what is chosen by "auto" may use it.
     pub accuracy: f64,

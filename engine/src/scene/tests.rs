@@ -288,7 +288,7 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         (
             "[time]",
             "[model]\nlocking = \"bbar\"\n[time]",
-            "s.toml:13: model.locking: \"bbar\" is not available yet; accepted: \"none\", \"auto\"",
+            "s.toml:13: model.locking: \"bbar\" is not accepted; accepted: \"none\", \"auto\", \"nodal\"",
         ),
         (
             "[time]",

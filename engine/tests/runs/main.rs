@@ -6,6 +6,7 @@ mod damping;
 mod dynamics;
 mod files;
 mod jump;
+mod locking;
 mod modes;
 mod nodal_loads;
 mod planar;

@@ -390,7 +390,7 @@ pub(crate) const KEYS: &[Row] = &[
         "[time]",
         "[model]\nlocking = 'bbar'\n[time]",
         "scene.toml:13: model.locking",
-        &["\"bbar\" is not available yet; accepted: \"none\", \"auto\""],
+        &["\"bbar\" is not accepted; accepted: \"none\", \"auto\", \"nodal\""],
     ),
     (
         "a solver that does not exist",
