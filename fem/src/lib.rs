@@ -4,7 +4,8 @@
 //! A newcomer's path: a [`Material`] says what the body is made of, an [`Assembler`] holds K and M of a mesh and follows
 //! its changes row by row, [`load`] fills right-hand sides, a [`LinearSolver`] solves for displacements. For large rotations
 //! use [`Model::Corotated`]: [`Assembler::internal_force`] is the exact gradient of [`Assembler::energy`], and
-//! [`Assembler::tangent`] its derivative. All vectors are flat, dof = `3 * vertex + axis`, in SI units.
+//! [`Assembler::tangent`] its derivative. Nearly incompressible materials need [`Assembler::with_cure`]. All vectors are flat,
+//! dof = `3 * vertex + axis`, in SI units.
 //!
 //! ```
 //! use kerfem_fem::{Assembler, LinearSolver, Material, SolverOptions, load};

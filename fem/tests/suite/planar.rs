@@ -1,6 +1,8 @@
 //! Triangles in the plane: what has no counterpart among the tests of tetrahedra, and the same laws again.
 
-use kerfem_fem::{Assembler, FemError, LinearSolver, Material, Model, Plane, SolverKind, SolverOptions, Tangent, load};
+use kerfem_fem::{
+    Assembler, FemError, LinearSolver, Locking, Material, Model, Plane, SolverKind, SolverOptions, Tangent, load,
+};
 use kerfem_mesh::{CellId, Edit, FacetLabel, FacetSide, MeshChange, Point, TetMesh, TriMesh, VertexId, generate};
 use nalgebra::{DMatrix, Matrix3, Rotation3, SymmetricEigen, Vector3};
 
@@ -379,13 +381,14 @@ fn random_edit(mesh: &mut TriMesh, next: &mut impl FnMut() -> f64) -> MeshChange
 
 #[test]
 fn updates_equal_a_fresh_assembly_to_the_bit_at_any_number_of_threads() {
-    let run = |threads: usize| {
+    let run = |threads: usize, locking: Locking| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut mesh = sheet([8, 8]);
             let (soft, stiff) = (rubber(Plane::Stress), Material::new(9e5, 0.4, 1500.0).unwrap());
             let stiff = stiff.in_plane(Plane::Stress, 0.5).unwrap();
-            let mut assembler = Assembler::new(&mesh, |c| if c.0 % 3 == 0 { stiff } else { soft }).unwrap();
+            let material = |c: CellId| if c.0 % 3 == 0 { stiff } else { soft };
+            let mut assembler = Assembler::with_cure(&mesh, locking, material).unwrap();
             let mut next = random(42);
             for round in 0..300 {
                 let change = random_edit(&mut mesh, &mut next);
@@ -412,6 +415,8 @@ fn updates_equal_a_fresh_assembly_to_the_bit_at_any_number_of_threads() {
             )
         })
     };
-    let one = run(1);
-    assert!(one == run(2) && one == run(8));
+    for locking in [Locking::None, Locking::Nodal] {
+        let one = run(1, locking);
+        assert!(one == run(2, locking) && one == run(8, locking));
+    }
 }
