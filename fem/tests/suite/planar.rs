@@ -387,7 +387,7 @@ fn updates_equal_a_fresh_assembly_to_the_bit_at_any_number_of_threads() {
             let mut mesh = sheet([8, 8]);
             let (soft, stiff) = (rubber(Plane::Stress), Material::new(9e5, 0.4, 1500.0).unwrap());
             let stiff = stiff.in_plane(Plane::Stress, 0.5).unwrap();
-            let material = |c: CellId| if c.0 % 3 == 0 { stiff } else { soft };
+            let material = |c: CellId| if c.0.is_multiple_of(3) { stiff } else { soft };
             let mut assembler = Assembler::with_cure(&mesh, locking, material).unwrap();
             let mut next = random(42);
             for round in 0..300 {
