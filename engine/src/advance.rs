@@ -44,7 +44,12 @@ impl<const N: usize> Simulation<N> {
     pub(crate) fn find_equilibrium(&mut self, dt: f64) -> Result<Solved, EngineError> {
         let t = self.state.time_after(dt);
         self.set_load_and_supports(t, t)?;
-        let pieces = supports::free_pieces(&self.mesh, self.fixed.mask(), &self.buffers.load);
+        let pieces = supports::free_pieces(
+            &self.mesh,
+            self.assembler.midpoints(),
+            self.fixed.mask(),
+            &self.buffers.load,
+        );
         let pieces = pieces.map_err(|reason| self.stopped(reason))?;
         let mut fixed = self.fixed.mask().to_vec();
         for &dof in pieces.iter().flat_map(|p| &p.held) {

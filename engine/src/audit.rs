@@ -48,7 +48,7 @@ impl<const N: usize> Simulation<N> {
         (self.records_figures || self.verify.is_some()).then(|| Audit {
             figures: self.mesh_figures(),
             elastic: self.energies.elastic,
-            momentum: momentum::linear(&self.assembler, &self.state.v),
+            momentum: momentum::linear(&self.mesh, &self.assembler, &self.inertia(), &self.state.v),
             momentum_scale: momentum::scale(&self.assembler, &self.state.v),
             load: self.total_load(),
             removes_cells: method == Method::Delete,
@@ -76,7 +76,7 @@ impl<const N: usize> Simulation<N> {
         let Some(before) = before else { return Ok(()) };
         let after = self.mesh_figures();
         let relative = |a: f64, b: f64| if a == b { 0.0 } else { (b - a) / a };
-        let momentum = momentum::linear(&self.assembler, &self.state.v);
+        let momentum = momentum::linear(&self.mesh, &self.assembler, &self.inertia(), &self.state.v);
         let lost = (momentum - before.momentum).norm();
         record.volume_change_relative = relative(before.figures.volume_m3, after.volume_m3);
         record.mass_change_relative = relative(before.figures.mass_kg, after.mass_kg);

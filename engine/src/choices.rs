@@ -49,6 +49,10 @@ pub(crate) fn locking<const N: usize>(scene: &Scene, materials: &[Material], cho
     match scene.model.locking.as_str() {
         "nodal" => return Locking::Nodal,
         "none" => return Locking::None,
+        _ if scene.model.order == 2 => {
+            note(choices, "model.locking", "none", "quadratic cells lock little".into());
+            return Locking::None;
+        }
         _ => {}
     }
     let cured = materials.iter().filter(|m| Locking::Auto.cures::<N>(m));

@@ -48,6 +48,7 @@ impl Cutter {
         options: &CutOptions,
         borders: Borders<'_>,
     ) -> Result<CutOutcome<N>, EngineError> {
+        self.reach(mesh);
         let Some(tree) = &mut self.tree else {
             return Ok(CutOutcome::default());
         };
@@ -67,9 +68,17 @@ impl Cutter {
         options: &CutOptions,
         borders: Borders<'_>,
     ) -> Result<CutOutcome<N>, EngineError> {
+        self.reach(mesh);
         let mut outcome = kerfem_cutting::improve(mesh, &self.positions, cells, options, borders)?;
         outcome.report.tree_nodes += self.follow(mesh, &outcome);
         Ok(outcome)
+    }
+
+    /// Has a position for each vertex slot: those that came without a cut are mid-edge vertices, which no cell has as corners.
+    fn reach<const N: usize>(&mut self, mesh: &SimplexMesh<N>) {
+        let known = self.positions.len();
+        self.positions
+            .extend_from_slice(&mesh.rest_positions()[known.min(mesh.vertex_slots())..]);
     }
 
     /// Carries positions and tree through a change; the tree nodes that were touched.

@@ -5,11 +5,9 @@
 //! There is a jump if neither is farther from the place than the longest edge of its facet, and if both are one point (the
 //! lips of a cut are the same surface at rest) or were both made by cuts (a cut that deletes cells leaves a gap).
 
-use kerfem_mesh::{FacetSide, Point, SimplexMesh, nearest};
+use kerfem_fem::Assembler;
+use kerfem_mesh::{Barycentric, FacetSide, Point, SimplexMesh, nearest};
 use nalgebra::Vector3;
-
-use crate::barycentric::Barycentric;
-use crate::probes::interpolate;
 
 /// Cosine of the largest angle between a facet's normal and the one given.
 const FACING: f64 = 0.5;
@@ -27,6 +25,7 @@ struct Foot {
 /// cut.
 pub(crate) fn jump<const N: usize>(
     mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
     u: &[f64],
     at: &Point,
     normal: &Vector3<f64>,
@@ -38,7 +37,7 @@ pub(crate) fn jump<const N: usize>(
     if !made_by_cuts && apart > SAME * size(mesh, plus.side) {
         return None;
     }
-    Some(value(mesh, u, &plus)? - value(mesh, u, &minus)?)
+    Some(value(mesh, assembler, u, &plus)? - value(mesh, assembler, u, &minus)?)
 }
 
 /// The nearest point of the boundary facets that face along a direction.
@@ -82,8 +81,13 @@ fn is_new<const N: usize>(mesh: &SimplexMesh<N>, side: FacetSide) -> bool {
     mesh.facet_labels(side.cell)[side.local as usize].some().is_none()
 }
 
-fn value<const N: usize>(mesh: &SimplexMesh<N>, u: &[f64], foot: &Foot) -> Option<Vector3<f64>> {
+fn value<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    u: &[f64],
+    foot: &Foot,
+) -> Option<Vector3<f64>> {
     let cell = foot.side.cell;
     let weights = Barycentric::of(&mesh.cell_rest_positions(cell))?.at(&foot.at);
-    Some(interpolate(mesh, cell, &weights, u))
+    Some(assembler.interpolate(mesh, cell, &weights, u).into())
 }

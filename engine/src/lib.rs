@@ -32,7 +32,6 @@
 
 mod advance;
 mod audit;
-mod barycentric;
 mod blades;
 pub mod book;
 mod choices;

@@ -42,7 +42,7 @@ impl<const N: usize> Simulation<N> {
         self.cut_what_is_due(0.0)?;
         let (mesh, fixed) = (&self.mesh, self.fixed.mask());
         let dofs = fixed.len();
-        let pieces = free_pieces(mesh, fixed, &vec![0.0; dofs]);
+        let pieces = free_pieces(mesh, self.assembler.midpoints(), fixed, &vec![0.0; dofs]);
         let pieces = pieces.map_err(|reason| self.stopped(reason))?;
         let rigid: Vec<Vec<f64>> = pieces.iter().flat_map(|p| p.motion_fields(mesh, dofs)).collect();
         let consistent = self.scene.model.mass == MassKind::Consistent;
@@ -70,7 +70,7 @@ impl<const N: usize> Simulation<N> {
             let largest = vectors.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
             let factor = SHOWN * size / largest.fold(0.0, f64::max);
             let shown: Vec<f64> = mode.shape.iter().map(|x| factor * x).collect();
-            files.add(&self.mesh, &shown)?;
+            files.add(&self.mesh, self.assembler.midpoints(), &shown)?;
         }
         files.finish()?;
         let figures = ModeFigures {

@@ -1,17 +1,16 @@
 //! Momentum through a change that moves vertices (DESIGN invariant 4).
 //!
-//! Linear momentum is that of the lumped mass (equal to that of the consistent mass), angular momentum that of the
-//! consistent mass, about the origin, at current positions. Splitting cells keeps both; moving a vertex does not, since the
-//! velocity field is sampled anew. [`restore`] gives back what was lost by the smallest change of velocities in the norm of
+//! Of which mass, says [`inertia`]; about the origin, at current positions. Splitting cells keeps the momenta of the consistent
+//! mass; moving a vertex does not, since the velocity field is sampled anew. [`restore`] gives back what was lost by the smallest change of velocities in the norm of
 //! the lumped mass, piece by piece.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use kerfem_fem::{Assembler, Material};
-use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh, VertexId};
+use kerfem_mesh::{Barycentric, CellId, EDGES, MOST_NODES, MeshChange, Midpoints, Point, SimplexMesh, VertexId};
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
-use crate::barycentric::Barycentric;
+use crate::MassKind;
 use crate::conditions::FixedDofs;
 use crate::state::{OldValues, State, nodal, set_nodal};
 
@@ -33,39 +32,120 @@ pub(crate) struct Correction {
     pub(crate) complete: bool,
 }
 
-/// A linear field over a cell: rest positions and values of position and velocity at its corners.
+/// The mass that momenta are of, as far as cells have it in common.
+#[derive(Clone, Debug)]
+pub(crate) struct Inertia {
+    /// The mass matrix of a cell of mass one, by nodes.
+    shares: [[f64; MOST_NODES]; MOST_NODES],
+    /// Whether a vertex weighs what its row of the consistent mass adds up to, and not its lumped mass.
+    consistent: bool,
+}
+
+/// The mass that momenta are of. Of order 1 the lumped and the consistent mass give the same linear momentum, and angular momentum
+/// is that of the consistent one, which dividing cells does not change. Of order 2 both are those of the mass that the body moves
+/// with.
+pub(crate) fn inertia<const N: usize>(assembler: &Assembler<N>, kind: MassKind) -> Inertia {
+    let is_quadratic = assembler.midpoints().is_some();
+    let lumped = is_quadratic && kind == MassKind::Lumped;
+    Inertia {
+        shares: assembler.mass_shares(lumped),
+        consistent: is_quadratic && !lumped,
+    }
+}
+
+impl Inertia {
+    /// What a vertex adds to linear momentum (kg) with a unit of velocity.
+    fn mass<const N: usize>(&self, assembler: &Assembler<N>, v: VertexId) -> f64 {
+        match self.consistent {
+            true => assembler.consistent_mass().row_sum(v),
+            false => assembler.lumped_mass()[v.index()],
+        }
+    }
+
+    /// What a node gets of a field over a cell of mass one.
+    fn weigh(&self, node: usize, field: &Field) -> Vector3<f64> {
+        let of_node = |b: usize| field[b] * self.shares[node][b];
+        (0..MOST_NODES).map(of_node).sum()
+    }
+}
+
+/// Values at the nodes of a cell; zero where it has none.
+type Field = [Vector3<f64>; MOST_NODES];
+
+/// Fields over a cell: rest positions of its corners, position and velocity at its nodes.
 struct Sample<const N: usize> {
     rest: [Point; N],
-    x: [Vector3<f64>; N],
-    v: [Vector3<f64>; N],
+    x: Field,
+    v: Field,
 }
 
 impl<const N: usize> Sample<N> {
-    /// The linear field continued to other corners.
-    fn continued(&self, rest: [Point; N]) -> Sample<N> {
+    /// Fields over a cell from displacement and velocity at its nodes.
+    fn of(
+        assembler: &Assembler<N>,
+        rest: [Point; N],
+        values: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>,
+    ) -> Self {
+        let places = node_places(assembler, &rest);
+        let (mut x, mut v) = (Field::default(), Field::default());
+        for (k, (u, velocity)) in values.enumerate() {
+            (x[k], v[k]) = (places[k] + u, velocity);
+        }
+        Sample { rest, x, v }
+    }
+
+    /// The fields continued to other corners.
+    fn continued(&self, assembler: &Assembler<N>, rest: [Point; N]) -> Sample<N> {
         let coordinates = Barycentric::of(&self.rest);
         let weights = |p: &Point| match self.rest.iter().position(|q| q == p) {
             Some(k) => std::array::from_fn(|i| f64::from(u8::from(i == k))),
             None => coordinates.as_ref().map_or([1.0 / N as f64; N], |b| b.at(p)),
         };
-        let at = |field: &[Vector3<f64>; N], w: &[f64; N]| (0..N).map(|i| w[i] * field[i]).sum::<Vector3<f64>>();
-        let all = rest.each_ref().map(weights);
-        Sample {
-            rest,
-            x: all.each_ref().map(|w| at(&self.x, w)),
-            v: all.each_ref().map(|w| at(&self.v, w)),
+        let at = |field: &Field, w: &[f64; N]| -> Vector3<f64> {
+            field
+                .iter()
+                .zip(assembler.shapes(w))
+                .map(|(value, shape)| value * shape)
+                .sum()
+        };
+        let corners = rest.each_ref().map(weights);
+        let middle = |[i, j]: [usize; 2]| std::array::from_fn(|k| (corners[i][k] + corners[j][k]) / 2.0);
+        let edges = if assembler.midpoints().is_some() {
+            Midpoints::<N>::EDGES
+        } else {
+            0
+        };
+        let nodes = corners.iter().copied().chain(EDGES.into_iter().take(edges).map(middle));
+        let (mut x, mut v) = (Field::default(), Field::default());
+        for (k, w) in nodes.enumerate() {
+            (x[k], v[k]) = (at(&self.x, &w), at(&self.v, &w));
         }
+        Sample { rest, x, v }
     }
 
-    /// Linear and angular momentum (about `center`) for a material, by the consistent mass.
-    fn momentum(&self, material: &Material, center: &Vector3<f64>) -> Vector6<f64> {
+    /// Linear and angular momentum (about `center`) for a material.
+    fn momentum(&self, inertia: &Inertia, material: &Material, center: &Vector3<f64>) -> Vector6<f64> {
         let mass = material.density() * material.volume_of_cell(&self.rest);
-        let x = self.x.map(|x| x - center);
-        let (sum_x, sum_v): (Vector3<f64>, Vector3<f64>) = (x.iter().sum(), self.v.iter().sum());
-        let own: Vector3<f64> = (0..N).map(|i| x[i].cross(&self.v[i])).sum();
-        let share = mass / (N * (N + 1)) as f64;
-        stack(&(sum_v * (mass / N as f64)), &((own + sum_x.cross(&sum_v)) * share))
+        let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+        for (node, x) in self.x.iter().enumerate() {
+            let own = inertia.weigh(node, &self.v);
+            linear += own;
+            angular += (x - center).cross(&own);
+        }
+        stack(&(linear * mass), &(angular * mass))
     }
+}
+
+/// Rest positions of the nodes of a cell with given corners.
+fn node_places<const N: usize>(assembler: &Assembler<N>, rest: &[Point; N]) -> [Point; MOST_NODES] {
+    let mut places = [Point::zeros(); MOST_NODES];
+    places[..N].copy_from_slice(rest);
+    if assembler.midpoints().is_some() {
+        for (k, [i, j]) in EDGES.into_iter().enumerate().take(Midpoints::<N>::EDGES) {
+            places[N + k] = (rest[i] + rest[j]) / 2.0;
+        }
+    }
+    places
 }
 
 fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
@@ -78,6 +158,7 @@ fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
 pub(crate) fn restore<const N: usize>(
     mesh: &SimplexMesh<N>,
     assembler: &Assembler<N>,
+    inertia: &Inertia,
     fixed: &FixedDofs<N>,
     change: &MeshChange<N>,
     old: &OldValues,
@@ -89,13 +170,13 @@ pub(crate) fn restore<const N: usize>(
     };
     let touched = Touched::new(mesh, change);
     let center = touched.center(mesh, &state.u);
-    let deficits = touched.deficits(mesh, assembler, change, old, state, &center);
+    let deficits = touched.deficits(mesh, assembler, inertia, change, old, state, &center);
     for (piece, deficit) in deficits.iter().enumerate() {
-        let vertices = touched.vertices_of(mesh, piece);
+        let vertices = touched.nodes_of(mesh, assembler, piece);
         if is_rounding(mesh, assembler, &vertices, deficit, &center, state) {
             continue;
         }
-        let (size, complete) = correct(mesh, assembler, fixed, &vertices, deficit, &center, state);
+        let (size, complete) = correct(mesh, assembler, inertia, fixed, &vertices, deficit, &center, state);
         correction.size = correction.size.hypot(size);
         correction.complete &= complete;
     }
@@ -157,9 +238,9 @@ impl Touched {
         first + sum / (N * self.cells.len().max(1)) as f64
     }
 
-    fn vertices_of<const N: usize>(&self, mesh: &SimplexMesh<N>, piece: usize) -> Vec<VertexId> {
+    fn nodes_of<const N: usize>(&self, mesh: &SimplexMesh<N>, assembler: &Assembler<N>, piece: usize) -> Vec<VertexId> {
         let cells = self.cells.iter().zip(&self.piece).filter(|(_, p)| **p == piece);
-        let mut vertices: Vec<VertexId> = cells.flat_map(|(c, _)| mesh.cell(*c)).collect();
+        let mut vertices: Vec<VertexId> = cells.flat_map(|(c, _)| assembler.nodes(mesh, *c)).collect();
         vertices.sort_unstable();
         vertices.dedup();
         vertices
@@ -183,10 +264,12 @@ impl Touched {
 
     /// What each piece lacks. A piece should have the momentum of the old fields over its cells (each continued linearly
     /// from the old cell it comes from); what these leave of the true sum over the old cells is shared out by mass.
+    #[allow(clippy::too_many_arguments)]
     fn deficits<const N: usize>(
         &self,
         mesh: &SimplexMesh<N>,
         assembler: &Assembler<N>,
+        inertia: &Inertia,
         change: &MeshChange<N>,
         old: &OldValues,
         state: &State,
@@ -197,19 +280,17 @@ impl Touched {
             .iter()
             .map(|m| (m.id, m.old_rest_position))
             .collect();
-        let old_sample = |corners: [VertexId; N], rest: [Point; N]| {
-            let value = |v: VertexId| old.get(&v).copied().unwrap_or((nodal(&state.u, v), nodal(&state.v, v)));
-            let (u, v) = (corners.map(|c| value(c).0), corners.map(|c| value(c).1));
-            Sample {
-                rest,
-                x: std::array::from_fn(|k| rest[k] + u[k]),
-                v,
-            }
+        let now = |v: VertexId| (nodal(&state.u, v), nodal(&state.v, v));
+        let earlier = |v: VertexId| old.get(&v).copied().unwrap_or_else(|| now(v));
+        let on_edges = |c: CellId| {
+            let all = assembler.midpoints().map_or(&[] as &[VertexId], |m| m.of_cell(c));
+            all.iter().copied()
         };
-        let removed: BTreeMap<CellId, Sample<N>> = change
-            .cells_removed
-            .iter()
-            .map(|c| (c.id, old_sample(c.corners, c.rest_positions)))
+        let removed: BTreeMap<CellId, Sample<N>> = (change.cells_removed.iter())
+            .map(|c| {
+                let nodes = c.corners.into_iter().chain(on_edges(c.id));
+                (c.id, Sample::of(assembler, c.rest_positions, nodes.map(earlier)))
+            })
             .collect();
 
         let mut before = Vector6::zeros();
@@ -217,29 +298,25 @@ impl Touched {
         let heirs: BTreeSet<CellId> = self.parents.values().copied().collect();
         let all_is_filled = self.fills_what_was_filled(mesh, change, &moved);
         for (id, sample) in removed.iter().filter(|(id, _)| all_is_filled || heirs.contains(id)) {
-            before += sample.momentum(assembler.material(*id), center);
+            before += sample.momentum(inertia, assembler.material(*id), center);
         }
         let mut lacking = vec![Vector6::zeros(); self.pieces];
         let mut masses = vec![0.0; self.pieces];
         for (&cell, &piece) in self.cells.iter().zip(&self.piece) {
             let material = assembler.material(cell);
             let (corners, rest) = (mesh.cell(cell), mesh.cell_rest_positions(cell));
-            let now = Sample {
-                rest,
-                x: std::array::from_fn(|k| rest[k] + nodal(&state.u, corners[k])),
-                v: corners.map(|c| nodal(&state.v, c)),
-            };
+            let present = Sample::of(assembler, rest, assembler.nodes(mesh, cell).map(now));
             let wanted = match self.parents.get(&cell).and_then(|p| removed.get(p)) {
-                Some(parent) => parent.continued(rest).momentum(material, center),
+                Some(parent) => parent.continued(assembler, rest).momentum(inertia, material, center),
                 None => {
                     let old_rest = corners.map(|v| moved.get(&v).copied().unwrap_or(mesh.rest_position(v)));
-                    let own = old_sample(corners, old_rest);
-                    before += own.momentum(material, center);
-                    own.continued(rest).momentum(material, center)
+                    let own = Sample::of(assembler, old_rest, assembler.nodes(mesh, cell).map(earlier));
+                    before += own.momentum(inertia, material, center);
+                    own.continued(assembler, rest).momentum(inertia, material, center)
                 }
             };
             before -= wanted;
-            lacking[piece] += wanted - now.momentum(material, center);
+            lacking[piece] += wanted - present.momentum(inertia, material, center);
             masses[piece] += material.density() * material.volume_of_cell(&rest);
         }
         let total: f64 = masses.iter().sum();
@@ -254,9 +331,11 @@ impl Touched {
 ///
 /// The change of dof `d` is `phi_d . lambda`, where `m_d phi_d` is the derivative of linear and angular momentum by that
 /// velocity, and `(sum of m_d phi_d phi_d^T) lambda = deficit`: a rigid field, up to the difference between the masses.
+#[allow(clippy::too_many_arguments)]
 fn correct<const N: usize>(
     mesh: &SimplexMesh<N>,
     assembler: &Assembler<N>,
+    inertia: &Inertia,
     fixed: &FixedDofs<N>,
     vertices: &[VertexId],
     deficit: &Vector6<f64>,
@@ -266,19 +345,20 @@ fn correct<const N: usize>(
     let mass = |v: VertexId| assembler.lumped_mass()[v.index()];
     let arms: Vec<Vector3<f64>> = vertices
         .iter()
-        .map(|&v| lever(mesh, assembler, v, &state.u, center) / mass(v))
+        .map(|&v| lever(mesh, assembler, inertia, v, &state.u, center) / mass(v))
         .collect();
+    let ratios: Vec<f64> = vertices.iter().map(|&v| inertia.mass(assembler, v) / mass(v)).collect();
     let length = arms.iter().map(|a| a.norm()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     // angular rows are divided by a length so that all rows have the same unit
-    let phi = |arm: &Vector3<f64>, axis: usize| {
+    let phi = |k: usize, axis: usize| {
         let e = Vector3::ith(axis, 1.0);
-        stack(&e, &(arm.cross(&e) / length))
+        stack(&(e * ratios[k]), &(arms[k].cross(&e) / length))
     };
     let free = |v: VertexId, axis: usize| !fixed.is_fixed(v, axis);
     let mut gram = Matrix6::zeros();
-    for (&v, arm) in vertices.iter().zip(&arms) {
+    for (k, &v) in vertices.iter().enumerate() {
         for axis in (0..3).filter(|&a| free(v, a)) {
-            let row = phi(arm, axis);
+            let row = phi(k, axis);
             gram += mass(v) * row * row.transpose();
         }
     }
@@ -293,10 +373,10 @@ fn correct<const N: usize>(
         }
     }
     let mut size = 0.0;
-    for (&v, arm) in vertices.iter().zip(&arms) {
+    for (k, &v) in vertices.iter().enumerate() {
         let mut velocity = nodal(&state.v, v);
         for axis in (0..3).filter(|&a| free(v, a)) {
-            let change = phi(arm, axis).dot(&lambda);
+            let change = phi(k, axis).dot(&lambda);
             velocity[axis] += change;
             size += mass(v) * change * change;
         }
@@ -306,29 +386,39 @@ fn correct<const N: usize>(
     (size.sqrt(), missed <= 1e-10 * wanted.norm())
 }
 
-/// Row of the consistent mass of a vertex times current positions relative to `center` (kg m).
+/// Row of the mass of a vertex times current positions relative to `center` (kg m).
 fn lever<const N: usize>(
     mesh: &SimplexMesh<N>,
     assembler: &Assembler<N>,
+    inertia: &Inertia,
     v: VertexId,
     u: &[f64],
     center: &Vector3<f64>,
 ) -> Vector3<f64> {
-    let x = |w: VertexId| mesh.rest_position(w) + nodal(u, w) - center;
     let mut sum = Vector3::zeros();
-    for &c in mesh.cells_of_vertex(v) {
+    for &c in assembler.cells_of_node(mesh, v) {
         let material = assembler.material(c);
         let mass = material.density() * material.volume_of_cell(&mesh.cell_rest_positions(c));
-        let corners = mesh.cell(c).into_iter().map(x).sum::<Vector3<f64>>();
-        sum += (corners + x(v)) * (mass / (N * (N + 1)) as f64);
+        let mut x = Field::default();
+        let mut node = 0;
+        for (k, w) in assembler.nodes(mesh, c).enumerate() {
+            x[k] = mesh.rest_position(w) + nodal(u, w) - center;
+            node = if w == v { k } else { node };
+        }
+        sum += inertia.weigh(node, &x) * mass;
     }
     sum
 }
 
-/// Linear momentum (kg m/s) of the lumped mass.
-pub(crate) fn linear<const N: usize>(assembler: &Assembler<N>, v: &[f64]) -> Vector3<f64> {
-    let masses = assembler.lumped_mass().iter().enumerate();
-    masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32))).sum()
+/// Linear momentum (kg m/s).
+pub(crate) fn linear<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    inertia: &Inertia,
+    v: &[f64],
+) -> Vector3<f64> {
+    let vertices = mesh.vertex_ids();
+    vertices.map(|w| inertia.mass(assembler, w) * nodal(v, w)).sum()
 }
 
 /// The sum of `m |v|` over the vertices (kg m/s): what momenta are compared with.
@@ -337,14 +427,20 @@ pub(crate) fn scale<const N: usize>(assembler: &Assembler<N>, v: &[f64]) -> f64 
     masses.map(|(i, m)| *m * nodal(v, VertexId(i as u32)).norm()).sum()
 }
 
-/// Angular momentum (kg m²/s) of the consistent mass about the origin.
+/// Angular momentum (kg m²/s) about the origin.
 #[cfg(test)]
-pub(crate) fn angular<const N: usize>(mesh: &SimplexMesh<N>, assembler: &Assembler<N>, state: &State) -> Vector3<f64> {
+pub(crate) fn angular<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    assembler: &Assembler<N>,
+    inertia: &Inertia,
+    state: &State,
+) -> Vector3<f64> {
     let cells = mesh.cell_ids().map(|c| {
-        let (corners, rest) = (mesh.cell(c), mesh.cell_rest_positions(c));
-        let x = std::array::from_fn(|k| rest[k] + nodal(&state.u, corners[k]));
-        let v = corners.map(|w| nodal(&state.v, w));
-        let both = Sample { rest, x, v }.momentum(assembler.material(c), &Vector3::zeros());
+        let values = assembler
+            .nodes(mesh, c)
+            .map(|w| (nodal(&state.u, w), nodal(&state.v, w)));
+        let sample = Sample::of(assembler, mesh.cell_rest_positions(c), values);
+        let both = sample.momentum(inertia, assembler.material(c), &Vector3::zeros());
         Vector3::new(both[3], both[4], both[5])
     });
     cells.sum()
@@ -395,15 +491,25 @@ mod tests {
 
     fn follow(body: &mut Body, change: &MeshChange<4>) -> Correction {
         let old = body.state.apply(&body.mesh, change);
-        body.fixed.follow(&body.mesh, change);
+        body.fixed.follow(&body.mesh, None, change);
         body.assembler.update(&body.mesh, change).unwrap();
-        restore(&body.mesh, &body.assembler, &body.fixed, change, &old, &mut body.state)
+        let inertia = inertia(&body.assembler, MassKind::Lumped);
+        restore(
+            &body.mesh,
+            &body.assembler,
+            &inertia,
+            &body.fixed,
+            change,
+            &old,
+            &mut body.state,
+        )
     }
 
     fn momenta(b: &Body) -> (Vector3<f64>, Vector3<f64>) {
+        let inertia = inertia(&b.assembler, MassKind::Lumped);
         (
-            linear(&b.assembler, &b.state.v),
-            angular(&b.mesh, &b.assembler, &b.state),
+            linear(&b.mesh, &b.assembler, &inertia, &b.state.v),
+            angular(&b.mesh, &b.assembler, &inertia, &b.state),
         )
     }
 

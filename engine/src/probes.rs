@@ -2,11 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh};
-use nalgebra::Vector3;
+use kerfem_fem::Assembler;
+use kerfem_mesh::{Barycentric, CellId, MeshChange, Point, SimplexMesh};
 
-use crate::barycentric::Barycentric;
-use crate::state::nodal;
 use crate::{EngineError, Scene};
 
 /// A point outside its cell by at most this much (in barycentric coordinates) still counts as inside.
@@ -89,12 +87,15 @@ impl<const N: usize> Probes<N> {
     }
 
     /// Three displacements (m) a probe; NaN where its cell was removed.
-    pub(crate) fn values<'a>(&'a self, mesh: &'a SimplexMesh<N>, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    pub(crate) fn values<'a>(
+        &'a self,
+        mesh: &'a SimplexMesh<N>,
+        assembler: &'a Assembler<N>,
+        u: &'a [f64],
+    ) -> impl Iterator<Item = f64> + 'a {
         self.probes.iter().flat_map(move |p| {
-            let value = p
-                .cell
-                .map_or(Vector3::repeat(f64::NAN), |c| interpolate(mesh, c, &p.weights, u));
-            [value.x, value.y, value.z]
+            p.cell
+                .map_or([f64::NAN; 3], |c| assembler.interpolate(mesh, c, &p.weights, u))
         })
     }
 
@@ -139,14 +140,4 @@ pub(crate) fn locate<const N: usize>(
         }
     }
     best.map(|(_, c, w)| (c, w))
-}
-
-/// The value of a nodal field inside a cell.
-pub(crate) fn interpolate<const N: usize>(
-    mesh: &SimplexMesh<N>,
-    c: CellId,
-    weights: &[f64; N],
-    u: &[f64],
-) -> Vector3<f64> {
-    mesh.cell(c).iter().zip(weights).map(|(v, w)| *w * nodal(u, *v)).sum()
 }

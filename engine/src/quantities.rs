@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use kerfem_mesh::{FacetSide, Point, VertexId};
 
 use crate::jump::jump;
-use crate::probes::{interpolate, locate};
+use crate::probes::locate;
 use crate::{Axis, Component, EngineError, QuantitySpec, Simulation};
 
 impl<const N: usize> Simulation<N> {
@@ -71,13 +71,13 @@ impl<const N: usize> Simulation<N> {
         }
         if let Some(point) = &q.point {
             let (cell, weights) = locate(&self.mesh, &Point::from(point.in_space()), self.mesh.cell_ids())?;
-            let u = interpolate(&self.mesh, cell, &weights, &self.state.u);
+            let u = self.assembler.interpolate(&self.mesh, cell, &weights, &self.state.u);
             let upwards = if N == 3 { Component::Uy } else { Component::Uz };
             return Some(u[q.component.unwrap_or(upwards) as usize]);
         }
         if let Some(spec) = &q.jump {
             let (at, normal) = (Point::from(spec.at.in_space()), Point::from(spec.normal.in_space()));
-            let jump = jump(&self.mesh, &self.state.u, &at, &normal)?;
+            let jump = jump(&self.mesh, &self.assembler, &self.state.u, &at, &normal)?;
             return Some(match q.component {
                 Some(component) => jump[component as usize],
                 None => jump.dot(&normal.normalize()),
@@ -119,10 +119,14 @@ impl<const N: usize> Simulation<N> {
     fn mean(&self, component: Component, q: &QuantitySpec) -> Option<f64> {
         let (mut sum, mut area) = (0.0, 0.0);
         for side in self.facets_of(q) {
-            let corners = &self.mesh.facet_corners(side)[..N - 1];
             let own = self.mesh.facet_normal(side).norm();
             area += own;
-            sum += own * corners.iter().map(|v| self.component(*v, component)).sum::<f64>() / corners.len() as f64;
+            let means = self.assembler.facet_means(&self.mesh, side);
+            sum += own
+                * means
+                    .iter()
+                    .map(|(v, mean)| mean * self.component(*v, component))
+                    .sum::<f64>();
         }
         (area > 0.0).then(|| sum / area)
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use kerfem_fem::PreconditionerKind;
 use kerfem_mesh::io::{IoError, write_atomically};
-use kerfem_mesh::{CellId, SimplexMesh, VertexId};
+use kerfem_mesh::{CellId, Midpoints, SimplexMesh, VertexId};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ use crate::{AnySimulation, Energies, EngineError, Scene, Scheme, Simulation, Sta
 const MAGIC: &[u8] = b"kerfem save\n";
 
 /// Number of the format; a change of what is stored is a new one.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// Length of what stands before the content: magic, format, corners, length, checksum.
 const HEAD: usize = MAGIC.len() + 4 + 4 + 8 + 4;
@@ -41,6 +41,7 @@ struct Content<'a, const N: usize, Extra: Clone> {
     scene: Cow<'a, Scene>,
     source: Cow<'a, Source>,
     mesh: Cow<'a, SimplexMesh<N>>,
+    midpoints: Option<Vec<(VertexId, [VertexId; 2])>>,
     regions: Cow<'a, [u32]>,
     fixed: Cow<'a, [FixedSet]>,
     loads: Cow<'a, Loads>,
@@ -82,6 +83,7 @@ impl<const N: usize> Simulation<N> {
             scene: Cow::Borrowed(&self.scene),
             source: Cow::Borrowed(&self.scene.source),
             mesh: Cow::Borrowed(&self.mesh),
+            midpoints: self.assembler.midpoints().map(Midpoints::edges),
             regions: Cow::Borrowed(&self.regions),
             fixed: Cow::Borrowed(self.fixed.sets()),
             loads: Cow::Borrowed(&self.loads),
@@ -147,12 +149,18 @@ impl<const N: usize> Simulation<N> {
         if !fits {
             return Err(damaged("its parts do not fit each other".into()));
         }
+        let midpoints = content.midpoints.map(|edges| Midpoints::restored(&mesh, &edges));
+        let midpoints = midpoints.transpose().map_err(damaged)?;
+        if midpoints.is_some() != (scene.model.order == 2) {
+            return Err(damaged("it is of another order than its scene".into()));
+        }
         let parts = Parts {
             fixed: FixedDofs::restored(content.fixed.into_owned(), &mesh).map_err(damaged)?,
             probes: Probes::restored(&scene, &mesh, &content.probes).map_err(damaged)?,
             pending: pending::of::<N>(&scene, content.pending)?,
             blades: blades::restored(&scene, content.blades, mesh.vertex_slots()).map_err(damaged)?,
             mesh,
+            midpoints,
             regions,
             loads,
             state,

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use kerfem_cutting::{Borders, CutOptions, Sweep};
+use kerfem_cutting::{Borders, CutOptions, CutOutcome, Sweep};
 use kerfem_fem::{Assembler, LinearSolver, Material, Model};
-use kerfem_mesh::{CellId, MeshChange, Point, SimplexMesh, VertexId};
+use kerfem_mesh::{CellId, Midpoints, Point, SimplexMesh, VertexId};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::audit::pinched_vertices;
@@ -16,11 +17,13 @@ use crate::energies::Energies;
 use crate::equilibrium::{Body, Equilibrium};
 use crate::explicit::Explicit;
 use crate::input::{self, AnyInput, MeshInput};
+use crate::momentum::{self, Inertia};
 use crate::past::Past;
 use crate::pending::{self, PendingCut};
 use crate::probes::Probes;
 use crate::report::{CutRecord, Seconds, SolverFigures, VerifyFigures};
-use crate::{EngineError, Frame, Scene, Scheme, State};
+use crate::state::{nodal, set_nodal};
+use crate::{EngineError, Frame, InitialField, Scene, Scheme, State};
 
 /// How a step went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,6 +96,8 @@ pub struct Simulation<const N: usize = 4> {
 /// What a simulation is assembled from, besides its scene.
 pub(crate) struct Parts<const N: usize> {
     pub(crate) mesh: SimplexMesh<N>,
+    /// Of order 2.
+    pub(crate) midpoints: Option<Midpoints<N>>,
     pub(crate) regions: Vec<u32>,
     pub(crate) fixed: FixedDofs<N>,
     pub(crate) loads: Loads,
@@ -196,17 +201,21 @@ impl AnySimulation {
 impl<const N: usize> Simulation<N> {
     fn of(scene: Scene, input: MeshInput<N>) -> Result<Self, EngineError> {
         scene.check_dimension(N - 1)?;
-        let parts = Parts {
+        let mut parts = Parts {
             regions: region_of_cells(&scene, &input)?,
             fixed: FixedDofs::new(&scene, &input)?,
             loads: Loads::new(&scene, &input)?,
             probes: Probes::new(&scene, &input.mesh)?,
-            state: initial_state(&scene, &input)?,
+            state: initial_state(&scene, input.mesh.rest_positions(), N - 1)?,
             pending: pending::read::<N>(&scene)?,
             blades: blades::of(&scene)?,
             mesh: input.mesh,
+            midpoints: None,
             unknowns: None,
         };
+        if scene.model.order == 2 {
+            parts.midpoints = Some(parts.add_midpoints(&scene)?);
+        }
         let mut simulation = Self::assembled(scene, parts)?;
         let (scene, mesh) = (&simulation.scene, &simulation.mesh);
         simulation.loads.check_values(scene, mesh, &simulation.assembler)?;
@@ -238,8 +247,12 @@ impl<const N: usize> Simulation<N> {
         let mut choices = Choices::new();
         let model = choices::model(&scene, &mut choices);
         let locking = choices::locking::<N>(&scene, &materials, &mut choices);
-        let assembler = Assembler::with_cure(&mesh, locking, |c| materials[regions[c.index()] as usize])
-            .map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
+        let material_of = |c: CellId| materials[regions[c.index()] as usize];
+        let assembler = match parts.midpoints {
+            Some(midpoints) => Assembler::quadratic(&mesh, midpoints, material_of),
+            None => Assembler::with_cure(&mesh, locking, material_of),
+        };
+        let assembler = assembler.map_err(|e| scene.source.error("mesh", 0, "", e.to_string()))?;
         let free = || parts.fixed.mask().iter().filter(|f| !**f).count();
         let unknowns = parts.unknowns.unwrap_or_else(free);
         let solver = choices::solver(&scene, model, unknowns, &mut choices);
@@ -405,7 +418,7 @@ impl<const N: usize> Simulation<N> {
             cutter.cut(mesh, sweep, options, borders)
         })?;
         let cut_seconds = clock.elapsed().as_secs_f64();
-        let followed = self.follow(&outcome.change)?;
+        let followed = self.follow(&outcome)?;
         let mut record = pending::record(self.state.time, options.method, &outcome);
         record.seconds.update = clock.elapsed().as_secs_f64() - cut_seconds;
         record.rows_updated = followed.rows;
@@ -458,7 +471,7 @@ impl<const N: usize> Simulation<N> {
         })?;
         self.seconds.cut += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
-        self.follow(&outcome.change)?;
+        self.follow(&outcome)?;
         self.seconds.update += clock.elapsed().as_secs_f64();
         tracing::debug!(
             operations = outcome.report.operations,
@@ -480,14 +493,15 @@ impl<const N: usize> Simulation<N> {
 
     /// Carries a change of the mesh through everything that depends on it, in the order of dependence. The search tree has
     /// followed already.
-    fn follow(&mut self, change: &MeshChange<N>) -> Result<Followed, EngineError> {
+    fn follow(&mut self, outcome: &CutOutcome<N>) -> Result<Followed, EngineError> {
         let mut followed = Followed::default();
         followed.correction.complete = true;
-        if change.is_empty() {
+        if outcome.change.is_empty() {
             return Ok(followed);
         }
+        let change = &self.assembler.follow_midpoints(&mut self.mesh, outcome.change.clone());
         let old = self.state.apply(&self.mesh, change);
-        self.fixed.follow(&self.mesh, change);
+        self.fixed.follow(&self.mesh, self.assembler.midpoints(), change);
         self.loads.follow(&self.mesh, change);
         self.probes.follow(&self.mesh, change);
         self.regions.resize(self.mesh.cell_slots(), 0);
@@ -503,7 +517,9 @@ impl<const N: usize> Simulation<N> {
         followed.rows = touched.rows;
         followed.cells = touched.cells;
         let state = &mut self.state;
-        followed.correction = crate::momentum::restore(&self.mesh, &self.assembler, &self.fixed, change, &old, state);
+        let inertia = momentum::inertia(&self.assembler, self.scene.model.mass);
+        followed.correction =
+            momentum::restore(&self.mesh, &self.assembler, &inertia, &self.fixed, change, &old, state);
         Ok(followed)
     }
 
@@ -594,6 +610,11 @@ impl<const N: usize> Simulation<N> {
         self.scene.material.thickness.unwrap_or(1.0)
     }
 
+    /// The mass that momenta are of.
+    pub(crate) fn inertia(&self) -> Inertia {
+        momentum::inertia(&self.assembler, self.scene.model.mass)
+    }
+
     pub(crate) fn body(&self) -> Body<'_, N> {
         Body {
             mesh: &self.mesh,
@@ -647,7 +668,7 @@ pub(crate) struct Backlog {
 struct Followed {
     rows: usize,
     cells: usize,
-    correction: crate::momentum::Correction,
+    correction: momentum::Correction,
 }
 
 /// Whether a vector is finite, and in the plane for a planar body.
@@ -709,8 +730,7 @@ fn region_of_cells<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Resul
     Ok(regions)
 }
 
-fn initial_state<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Result<State, EngineError> {
-    let points = input.mesh.rest_positions();
+fn initial_state(scene: &Scene, points: &[Point], dimension: usize) -> Result<State, EngineError> {
     let mut state = State::at_rest(points.len());
     let fields = [
         ("displacement", &scene.initial.displacement, &mut state.u),
@@ -718,8 +738,41 @@ fn initial_state<const N: usize>(scene: &Scene, input: &MeshInput<N>) -> Result<
     ];
     for (key, spec, field) in fields {
         if let Some(spec) = spec {
-            *field = input::initial_values(spec, key, points, N - 1, &scene.source)?;
+            *field = input::initial_values(spec, key, points, dimension, &scene.source)?;
         }
     }
     Ok(state)
+}
+
+impl<const N: usize> Parts<N> {
+    /// Adds the mid-edge vertices of order 2 to the mesh and to what is kept by vertex. Initial values are those of an
+    /// expression there, else the means of those at the ends.
+    fn add_midpoints(&mut self, scene: &Scene) -> Result<Midpoints<N>, EngineError> {
+        let midpoints = Midpoints::new(&mut self.mesh);
+        self.fixed.add_midpoints(&self.mesh, &midpoints);
+        let edges = midpoints.edges();
+        let places: Vec<Point> = edges.iter().map(|(v, _)| self.mesh.rest_position(*v)).collect();
+        let initial = &scene.initial;
+        let state = &mut self.state;
+        for (key, spec, field) in [
+            ("displacement", &initial.displacement, &mut state.u),
+            ("velocity", &initial.velocity, &mut state.v),
+        ] {
+            field.resize(3 * self.mesh.vertex_slots(), 0.0);
+            let own = match spec {
+                Some(spec @ InitialField::Here(_)) => {
+                    Some(input::initial_values(spec, key, &places, N - 1, &scene.source)?)
+                }
+                _ => None,
+            };
+            for (k, (v, [a, b])) in edges.iter().enumerate() {
+                let value = match &own {
+                    Some(own) => Vector3::from_column_slice(&own[3 * k..][..3]),
+                    None => (nodal(field, *a) + nodal(field, *b)) / 2.0,
+                };
+                set_nodal(field, *v, &value);
+            }
+        }
+        Ok(midpoints)
+    }
 }

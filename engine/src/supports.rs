@@ -1,6 +1,6 @@
 //! Pieces that nothing holds, in statics: found, judged, and held just enough to be solved for.
 
-use kerfem_mesh::{SimplexMesh, VertexId};
+use kerfem_mesh::{Midpoints, SimplexMesh, VertexId};
 use nalgebra::{DMatrix, DVector, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 /// Rigid motions whose mean square over the prescribed dofs is below this fraction of the largest are not held.
@@ -34,10 +34,11 @@ fn row(arm: &Vector3<f64>, axis: usize) -> Vector6<f64> {
 /// The first piece whose loads do not, in words.
 pub(crate) fn free_pieces<const N: usize>(
     mesh: &SimplexMesh<N>,
+    midpoints: Option<&Midpoints<N>>,
     fixed: &[bool],
     load: &[f64],
 ) -> Result<Vec<FreePiece>, String> {
-    let pieces = pieces_by_vertices(mesh);
+    let pieces = pieces_by_vertices(mesh, midpoints);
     let mut free = Vec::new();
     for (number, vertices) in pieces.iter().enumerate() {
         let Some(piece) = FreePiece::new(mesh, vertices, fixed) else {
@@ -60,8 +61,9 @@ pub(crate) fn free_pieces<const N: usize>(
     Ok(free)
 }
 
-/// Vertices of each piece of the mesh, connected through shared vertices; in order of their smallest vertex.
-fn pieces_by_vertices<const N: usize>(mesh: &SimplexMesh<N>) -> Vec<Vec<VertexId>> {
+/// Vertices of each piece of the mesh, connected through shared vertices, with those on its edges; in order of their smallest
+/// vertex.
+fn pieces_by_vertices<const N: usize>(mesh: &SimplexMesh<N>, midpoints: Option<&Midpoints<N>>) -> Vec<Vec<VertexId>> {
     let mut piece = vec![usize::MAX; mesh.vertex_slots()];
     let mut pieces = Vec::new();
     for start in mesh.vertex_ids().filter(|v| !mesh.cells_of_vertex(*v).is_empty()) {
@@ -80,9 +82,12 @@ fn pieces_by_vertices<const N: usize>(mesh: &SimplexMesh<N>) -> Vec<Vec<VertexId
                 }
             }
         }
-        members.sort_unstable();
         pieces.push(members);
     }
+    for (v, [end, _]) in midpoints.map(Midpoints::edges).unwrap_or_default() {
+        pieces[piece[end.index()]].push(v);
+    }
+    pieces.iter_mut().for_each(|members| members.sort_unstable());
     pieces
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use kerfem_mesh::{CellId, MeshChange, SimplexMesh};
+use kerfem_mesh::{CellId, FacetSide, MOST_NODES, MeshChange, Midpoints, SimplexMesh, VertexId, quadratic_shapes};
 use rayon::prelude::*;
 
 use crate::element::Element;
@@ -10,6 +10,7 @@ use crate::evaluate::Scratch;
 use crate::parallel::for_each_slot;
 use crate::patch::{Patch, patches_of_vertex};
 use crate::pattern::Pattern;
+use crate::quadratic::{self, Quadratic};
 use crate::rows::{Slots, cells_of_row, corner_of, lumped_mass, mass_row, row_pattern, row_slots, stiffness_row};
 use crate::{BlockMatrix, FemError, Locking, MassMatrix, Material};
 
@@ -45,6 +46,8 @@ pub struct Assembler<const N: usize = 4> {
     /// By vertex slot, and then material; all empty, or no slots at all, where nothing is cured.
     pub(crate) patches: Vec<Vec<Patch<N>>>,
     pub(crate) slots: Vec<Slots<N>>,
+    /// Of order 2: its nodes; then `slots` is not used.
+    pub(crate) quadratic: Option<Quadratic<N>>,
     pub(crate) stiffness: BlockMatrix,
     /// Consistent mass by block.
     pub(crate) mass: Vec<f64>,
@@ -63,6 +66,7 @@ impl<const N: usize> Clone for Assembler<N> {
             locking: self.locking,
             patches: self.patches.clone(),
             slots: self.slots.clone(),
+            quadratic: self.quadratic.clone(),
             stiffness: self.stiffness.clone(),
             mass: self.mass.clone(),
             lumped: self.lumped.clone(),
@@ -92,6 +96,31 @@ impl<const N: usize> Assembler<N> {
         locking: Locking,
         material_of: impl Fn(CellId) -> Material,
     ) -> Result<Self, FemError> {
+        Self::of_order(mesh, None, locking, material_of)
+    }
+
+    /// Assembles a mesh for order 2: with `midpoints`, the mid-edge vertices of the mesh, as further nodes of its cells.
+    ///
+    /// # Errors
+    /// As [`Self::with_cure`].
+    pub fn quadratic(
+        mesh: &SimplexMesh<N>,
+        midpoints: Midpoints<N>,
+        material_of: impl Fn(CellId) -> Material,
+    ) -> Result<Self, FemError> {
+        Self::of_order(mesh, Some(midpoints), Locking::None, material_of)
+    }
+
+    pub(crate) fn of_order(
+        mesh: &SimplexMesh<N>,
+        midpoints: Option<Midpoints<N>>,
+        locking: Locking,
+        material_of: impl Fn(CellId) -> Material,
+    ) -> Result<Self, FemError> {
+        let quadratic = midpoints.map(|midpoints| Quadratic {
+            midpoints,
+            slots: Vec::new(),
+        });
         if N == 3 && !mesh.is_planar() {
             return Err(FemError::NotPlanar);
         }
@@ -110,11 +139,15 @@ impl<const N: usize> Assembler<N> {
             .collect();
         let rows: Vec<Vec<u32>> = (0..mesh.vertex_slots() as u32)
             .into_par_iter()
-            .map(|v| row_pattern(mesh, v, |w| patches.get(w as usize).map_or(&[], Vec::as_slice)))
+            .map(|v| {
+                let patches_of = |w: u32| patches.get(w as usize).map_or(&[] as &[Patch<N>], Vec::as_slice);
+                columns(mesh, quadratic.as_ref(), v, patches_of)
+            })
             .collect::<Result<_, _>>()?;
         let pattern = Pattern::new(rows.len(), |i| rows[i].len(), |i, out| out.extend_from_slice(&rows[i]));
         let mut assembler = Assembler {
-            slots: vec![[[0; N]; N]; mesh.cell_slots()],
+            slots: Vec::new(),
+            quadratic,
             mass: vec![0.0; pattern.arena()],
             lumped: vec![0.0; mesh.vertex_slots()],
             stamp_before: pattern.stamp(),
@@ -132,6 +165,17 @@ impl<const N: usize> Assembler<N> {
 
     fn fill(&mut self, mesh: &SimplexMesh<N>) {
         let pattern = &self.stiffness.pattern;
+        if let Some(quadratic) = &mut self.quadratic {
+            quadratic.place_all(mesh, pattern);
+            let (elements, quadratic) = (&self.elements, &*quadratic);
+            pattern.for_each_row(&mut self.stiffness.values, |i, _, row| {
+                quadratic.stiffness_row(mesh, elements, i, row)
+            });
+            pattern.for_each_row(&mut self.mass, |i, _, row| quadratic.mass_row(mesh, elements, i, row));
+            for_each_slot(&mut self.lumped, |i, m| *m = quadratic.lumped_mass(mesh, elements, i));
+            return;
+        }
+        self.slots.resize(mesh.cell_slots(), [[0; N]; N]);
         for_each_slot(&mut self.slots, |c, slots| {
             let c = CellId(c as u32);
             if mesh.has_cell(c) {
@@ -151,13 +195,13 @@ impl<const N: usize> Assembler<N> {
     /// Brings everything up to date with a mesh that went through `change`: recomputes the cells added and those around
     /// moved vertices, and the rows of their vertices and of the vertices of removed cells, nothing else; where locking is
     /// cured also the patches of these vertices, and the rows of all their corners, before the change and after. A new cell
-    /// inherits the material of its parent.
+    /// inherits the material of its parent. Of order 2, `change` comes from [`Self::follow_midpoints`].
     ///
     /// # Errors
     /// [`FemError::InvertedCell`], [`FemError::UnknownParent`], [`FemError::TooManyNeighbors`]; then nothing has changed.
     pub fn update(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) -> Result<Touched, FemError> {
         let cells = cells_touched(mesh, change);
-        let corners = corners_touched(mesh, change, &cells);
+        let corners = nodes_touched(mesh, self.midpoints(), change, &cells);
         let fresh = self.fresh_elements(mesh, change, &cells)?;
         let patches = self.fresh_patches(mesh, &corners, &fresh);
         let row_ids = self.rows_touched(&corners, &patches);
@@ -167,7 +211,7 @@ impl<const N: usize> Assembler<N> {
         };
         let rows: Vec<Vec<u32>> = row_ids
             .iter()
-            .map(|&i| row_pattern(mesh, i, patches_of))
+            .map(|&i| columns(mesh, self.quadratic.as_ref(), i, patches_of))
             .collect::<Result<_, _>>()?;
 
         self.resize(mesh);
@@ -252,7 +296,10 @@ impl<const N: usize> Assembler<N> {
     fn resize(&mut self, mesh: &SimplexMesh<N>) {
         self.elements.resize(mesh.cell_slots(), Element::default());
         self.materials.resize(mesh.cell_slots(), Material::UNUSED);
-        self.slots.resize(mesh.cell_slots(), [[0; N]; N]);
+        match &mut self.quadratic {
+            Some(quadratic) => quadratic.slots.resize(mesh.cell_slots(), Default::default()),
+            None => self.slots.resize(mesh.cell_slots(), [[0; N]; N]),
+        }
         self.lumped.resize(mesh.vertex_slots(), 0.0);
         if self.locking != Locking::None {
             self.patches.resize_with(mesh.vertex_slots(), Vec::new);
@@ -290,6 +337,14 @@ impl<const N: usize> Assembler<N> {
 
     fn recompute_row(&mut self, mesh: &SimplexMesh<N>, i: usize) {
         let pattern = &self.stiffness.pattern;
+        if let Some(quadratic) = &mut self.quadratic {
+            quadratic.place_row(mesh, pattern, i);
+            let range = pattern.range(i);
+            quadratic.stiffness_row(mesh, &self.elements, i, &mut self.stiffness.values[range.clone()]);
+            quadratic.mass_row(mesh, &self.elements, i, &mut self.mass[range]);
+            self.lumped[i] = quadratic.lumped_mass(mesh, &self.elements, i);
+            return;
+        }
         for &c in cells_of_row(mesh, i) {
             let a = corner_of(mesh, c, i);
             self.slots[c.index()][a] = row_slots(mesh, pattern, c, a);
@@ -306,6 +361,102 @@ impl<const N: usize> Assembler<N> {
         );
         mass_row(mesh, &self.elements, &self.slots, i, &mut self.mass[range]);
         self.lumped[i] = lumped_mass(mesh, &self.elements, i);
+    }
+
+    /// Brings the mid-edge vertices up to date with a mesh that went through `change`, and returns the change as it is for
+    /// order 2, see [`Midpoints::follow`]. Of order 1, nothing.
+    #[must_use]
+    pub fn follow_midpoints(&mut self, mesh: &mut SimplexMesh<N>, change: MeshChange<N>) -> MeshChange<N> {
+        match &mut self.quadratic {
+            Some(quadratic) => quadratic.midpoints.follow(mesh, change),
+            None => change,
+        }
+    }
+
+    /// The mid-edge vertices; none of order 1.
+    #[inline]
+    pub fn midpoints(&self) -> Option<&Midpoints<N>> {
+        self.quadratic.as_ref().map(|q| &q.midpoints)
+    }
+
+    /// The nodes of a cell: its corners, of order 2 then the vertices on its edges.
+    pub fn nodes(&self, mesh: &SimplexMesh<N>, c: CellId) -> impl Iterator<Item = VertexId> + use<N> {
+        let (nodes, count) = match &self.quadratic {
+            Some(quadratic) => (quadratic.midpoints.nodes(mesh, c), Midpoints::<N>::NODES),
+            None => {
+                let mut nodes = [VertexId(0); MOST_NODES];
+                nodes[..N].copy_from_slice(&mesh.cell(c));
+                (nodes, N)
+            }
+        };
+        nodes.into_iter().take(count)
+    }
+
+    /// The cells that have a vertex as a node, ascending.
+    pub fn cells_of_node<'a>(&'a self, mesh: &'a SimplexMesh<N>, v: VertexId) -> &'a [CellId] {
+        match &self.quadratic {
+            Some(quadratic) => quadratic.midpoints.cells_of(mesh, v),
+            None => mesh.cells_of_vertex(v),
+        }
+    }
+
+    /// Shape functions of the nodes of a cell at barycentric coordinates.
+    pub fn shapes(&self, w: &[f64; N]) -> [f64; MOST_NODES] {
+        match &self.quadratic {
+            Some(_) => quadratic_shapes(w),
+            None => std::array::from_fn(|k| w.get(k).copied().unwrap_or(0.0)),
+        }
+    }
+
+    /// The value of a nodal field, 3 entries a vertex slot, at barycentric coordinates of a cell.
+    ///
+    /// # Panics
+    /// If the field is too short.
+    pub fn interpolate(&self, mesh: &SimplexMesh<N>, c: CellId, w: &[f64; N], field: &[f64]) -> [f64; 3] {
+        let mut value = [0.0; 3];
+        for (v, shape) in self.nodes(mesh, c).zip(self.shapes(w)) {
+            for axis in 0..3 {
+                value[axis] += shape * field[3 * v.index() + axis];
+            }
+        }
+        value
+    }
+
+    /// The nodes of a facet and the mean of the shape function of each over it.
+    pub fn facet_means(&self, mesh: &SimplexMesh<N>, side: FacetSide) -> Vec<(VertexId, f64)> {
+        match &self.quadratic {
+            Some(quadratic) => {
+                let (corner, middle) = if N == 3 {
+                    (1.0 / 6.0, 2.0 / 3.0)
+                } else {
+                    (0.0, 1.0 / 3.0)
+                };
+                let (nodes, count) = quadratic.midpoints.facet_nodes(mesh, side);
+                let mean = |k: usize| if k < N - 1 { corner } else { middle };
+                (0..count).map(|k| (nodes[k], mean(k))).collect()
+            }
+            None => {
+                let corners = mesh.facet_corners(side).into_iter().take(N - 1);
+                corners.map(|v| (v, 1.0 / (N - 1) as f64)).collect()
+            }
+        }
+    }
+
+    /// The mass matrix of any cell in parts of its mass, by nodes: consistent or lumped.
+    pub fn mass_shares(&self, lumped: bool) -> [[f64; MOST_NODES]; MOST_NODES] {
+        let nodes = if self.quadratic.is_some() {
+            Midpoints::<N>::NODES
+        } else {
+            N
+        };
+        let share = |a: usize, b: usize| match (self.quadratic.is_some(), lumped) {
+            _ if a >= nodes || b >= nodes || (lumped && a != b) => 0.0,
+            (true, true) => quadratic::lumped_share::<N>(a),
+            (true, false) => quadratic::mass_share::<N>(a, b),
+            (false, true) => 1.0 / N as f64,
+            (false, false) => f64::from(1 + u8::from(a == b)) / (N * (N + 1)) as f64,
+        };
+        std::array::from_fn(|a| std::array::from_fn(|b| share(a, b)))
     }
 
     /// The linear stiffness at rest (N/m), always current.
@@ -337,7 +488,8 @@ impl<const N: usize> Assembler<N> {
         }
     }
 
-    /// Lumped mass by vertex slot (kg): each cell gives equal parts of `density * volume` to its corners.
+    /// Lumped mass by vertex slot (kg): each cell gives equal parts of `density * volume` to its corners; of order 2 to its
+    /// nodes in proportion to the diagonal of its consistent mass.
     #[inline]
     pub fn lumped_mass(&self) -> &[f64] {
         &self.lumped
@@ -360,7 +512,11 @@ impl<const N: usize> Assembler<N> {
     /// # Panics
     /// If there is no such slot.
     pub fn largest_eigenvalue(&self, c: CellId) -> f64 {
-        self.elements[c.index()].largest_eigenvalue(&self.materials[c.index()].lame::<N>())
+        let (element, lame) = (&self.elements[c.index()], self.materials[c.index()].lame::<N>());
+        match self.quadratic {
+            Some(_) => quadratic::largest_eigenvalue(element),
+            None => element.largest_eigenvalue(&lame),
+        }
     }
 
     /// A matrix of zeros with the current pattern.
@@ -430,12 +586,34 @@ fn element<const N: usize>(
     })
 }
 
-/// Vertices whose cells have changed: those of touched and removed cells, ascending.
-fn corners_touched<const N: usize>(mesh: &SimplexMesh<N>, change: &MeshChange<N>, cells: &[CellId]) -> Vec<u32> {
-    let removed = change.cells_removed.iter().flat_map(|c| c.corners);
-    let touched = cells.iter().flat_map(|&c| mesh.cell(c));
-    let mut corners: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();
-    corners.sort_unstable();
-    corners.dedup();
-    corners
+/// Columns of a row, ascending.
+fn columns<'p, const N: usize>(
+    mesh: &SimplexMesh<N>,
+    quadratic: Option<&Quadratic<N>>,
+    i: u32,
+    patches_of: impl Fn(u32) -> &'p [Patch<N>],
+) -> Result<Vec<u32>, FemError> {
+    match quadratic {
+        Some(quadratic) => quadratic.row_pattern(mesh, i),
+        None => row_pattern(mesh, i, patches_of),
+    }
+}
+
+/// Nodes whose cells have changed: those of touched and removed cells, ascending.
+fn nodes_touched<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    midpoints: Option<&Midpoints<N>>,
+    change: &MeshChange<N>,
+    cells: &[CellId],
+) -> Vec<u32> {
+    let on_edges = |c: CellId| midpoints.map_or(&[] as &[VertexId], |m| m.of_cell(c)).iter().copied();
+    let removed = change
+        .cells_removed
+        .iter()
+        .flat_map(|c| c.corners.into_iter().chain(on_edges(c.id)));
+    let touched = cells.iter().flat_map(|&c| mesh.cell(c).into_iter().chain(on_edges(c)));
+    let mut nodes: Vec<u32> = removed.chain(touched).map(|v| v.0).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }

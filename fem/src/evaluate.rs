@@ -11,8 +11,8 @@ use crate::parallel::{BATCH, for_each_batch, for_each_batch_of_two, for_each_slo
 use crate::patch::{Patch, PatchState, patches_around};
 use crate::rotation::rotations_of_cells;
 use crate::rows::{add_patches_to_row, cells_of_row, corner_of, corner_values, tangent_row};
-use crate::small::IDENTITY;
-use crate::{Assembler, BlockMatrix, Plane};
+use crate::small::{IDENTITY, add};
+use crate::{Assembler, BlockMatrix, Plane, quadratic};
 
 /// How strain is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,6 +53,7 @@ pub(crate) struct Scratch<const N: usize> {
     /// By vertex slot.
     patches: Vec<Vec<PatchState>>,
     patch_energies: Vec<f64>,
+    quadratic: quadratic::Scratch<N>,
 }
 
 impl<const N: usize> Assembler<N> {
@@ -64,6 +65,9 @@ impl<const N: usize> Assembler<N> {
     pub fn energy(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64]) -> f64 {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
+        if let Some(order2) = &self.quadratic {
+            return order2.energy(mesh, &self.elements, model, u, &mut scratch.quadratic);
+        }
         let Scratch {
             energies,
             patch_energies,
@@ -108,6 +112,10 @@ impl<const N: usize> Assembler<N> {
     pub fn internal_force(&self, mesh: &SimplexMesh<N>, model: Model, u: &[f64], f: &mut [f64]) {
         let u = self.as_vectors(u);
         let mut scratch = self.scratch();
+        if let Some(order2) = &self.quadratic {
+            let f = self.as_vectors_mut(f);
+            return order2.internal_force(mesh, &self.elements, model, u, &mut scratch.quadratic, f);
+        }
         let Scratch { forces, patches, .. } = &mut *scratch;
         forces.resize(self.elements.len(), [[0.0; 3]; N]);
         match model {
@@ -165,8 +173,8 @@ impl<const N: usize> Assembler<N> {
         force: Option<&mut [f64]>,
     ) {
         self.follow(out);
-        match model {
-            Model::Linear => {
+        match (model, &self.quadratic) {
+            (Model::Linear, _) => {
                 if let Some(force) = force {
                     self.internal_force(mesh, model, u, force);
                 }
@@ -179,7 +187,27 @@ impl<const N: usize> Assembler<N> {
                     self.add_mass(i, cols, scales.mass, row);
                 });
             }
-            Model::Corotated => self.linearize_corotated(mesh, tangent, u, scales, out, force),
+            (Model::Corotated, Some(order2)) => {
+                let (elements, scale) = (&self.elements, scales.stiffness);
+                let scratch = &mut self.scratch().quadratic;
+                order2.fill_tangent(
+                    mesh,
+                    elements,
+                    tangent,
+                    self.as_vectors(u),
+                    scale,
+                    scratch,
+                    out,
+                    |i, cols, row| {
+                        self.add_mass(i, cols, scales.mass, row);
+                    },
+                );
+                if let Some(force) = force {
+                    let (u, force) = (self.as_vectors(u), self.as_vectors_mut(force));
+                    order2.internal_force(mesh, elements, model, u, scratch, force);
+                }
+            }
+            (Model::Corotated, None) => self.linearize_corotated(mesh, tangent, u, scales, out, force),
         }
     }
 
@@ -297,9 +325,7 @@ impl<const N: usize> Assembler<N> {
     }
 
     fn gather_forces(&self, mesh: &SimplexMesh<N>, forces: &[[Vec3; N]], states: &[Vec<PatchState>], f: &mut [f64]) {
-        assert_eq!(f.len(), 3 * self.stiffness.rows(), "length of f");
-        let f = f.as_chunks_mut::<3>().0;
-        for_each_slot(f, |i, f| {
+        for_each_slot(self.as_vectors_mut(f), |i, f| {
             *f = [0.0; 3];
             for &c in cells_of_row(mesh, i) {
                 let force = forces[c.index()][corner_of(mesh, c, i)];
@@ -313,13 +339,14 @@ impl<const N: usize> Assembler<N> {
         });
     }
 
-    /// Deformation gradient `F = I + du/dX` of a cell at displacements `u` (m).
+    /// Deformation gradient `F = I + du/dX` of a cell at displacements `u` (m); of order 2 in its middle.
     ///
     /// # Panics
     /// If there is no such cell or `u` has the wrong length.
     pub fn deformation_gradient(&self, mesh: &SimplexMesh<N>, c: CellId, u: &[f64]) -> Matrix3<f64> {
-        let u = corner_values(mesh, c, self.as_vectors(u));
-        matrix(&self.elements[c.index()].deformation_gradient(&u))
+        let mut f = self.displacement_gradient(mesh, c, u);
+        add(&mut f, &IDENTITY);
+        matrix(&f)
     }
 
     /// Stress of a cell (Pa), symmetric, with the law of linear elasticity `2 mu e + lambda tr(e) I`: of the linear model
@@ -332,15 +359,16 @@ impl<const N: usize> Assembler<N> {
     pub fn cauchy_like_stress(&self, mesh: &SimplexMesh<N>, model: Model, c: CellId, u: &[f64]) -> Matrix3<f64> {
         let e = &self.elements[c.index()];
         let all = self.as_vectors(u);
-        let u = corner_values(mesh, c, all);
+        let h = self.displacement_gradient(mesh, c, u);
         let turned = |stress: &[f64; 9], r: &[f64; 9]| {
             let s = matrix(stress) * matrix(r).transpose();
             (s + s.transpose()) / 2.0
         };
         let mut stress = match model {
-            Model::Linear => matrix(&e.lame.linear_stress(&e.displacement_gradient(&u))),
+            Model::Linear => matrix(&e.lame.linear_stress(&h)),
             Model::Corotated => {
-                let f = e.deformation_gradient(&u);
+                let mut f = h;
+                add(&mut f, &IDENTITY);
                 let [r] = rotations_of_cells::<N, 1>(&[f]);
                 turned(&corotated::stress(&e.lame, &f, &r), &r)
             }
@@ -356,6 +384,20 @@ impl<const N: usize> Assembler<N> {
             stress[(2, 2)] = 0.0;
         }
         stress
+    }
+
+    /// `du/dX` of a cell, of order 2 in its middle, row-major.
+    fn displacement_gradient(&self, mesh: &SimplexMesh<N>, c: CellId, u: &[f64]) -> [f64; 9] {
+        let (e, u) = (&self.elements[c.index()], self.as_vectors(u));
+        match &self.quadratic {
+            Some(order2) => order2.gradient_in_the_middle(mesh, e, c, u),
+            None => e.displacement_gradient(&corner_values(mesh, c, u)),
+        }
+    }
+
+    fn as_vectors_mut<'f>(&self, f: &'f mut [f64]) -> &'f mut [Vec3] {
+        assert_eq!(f.len(), 3 * self.stiffness.rows(), "length of f");
+        f.as_chunks_mut().0
     }
 
     fn as_vectors<'u>(&self, u: &'u [f64]) -> &'u [Vec3] {

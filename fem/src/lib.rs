@@ -1,4 +1,4 @@
-//! One instant of solid mechanics on linear tetrahedra or planar triangles: stiffness and mass, forces, loads and linear solvers. There is no
+//! One instant of solid mechanics on tetrahedra or planar triangles, linear or quadratic: stiffness and mass, forces, loads and linear solvers. There is no
 //! clock here, and nothing that changes connectivity.
 //!
 //! A newcomer's path: a [`Material`] says what the body is made of, an [`Assembler`] holds K and M of a mesh and follows
@@ -48,6 +48,7 @@ mod parallel;
 mod patch;
 mod pattern;
 mod preconditioner;
+mod quadratic;
 mod rotation;
 mod rows;
 mod small;

@@ -1,13 +1,14 @@
 //! The consistent mass matrix: one number per block of the stiffness pattern.
 
+use kerfem_mesh::VertexId;
 use sprs::CsMat;
 
 use crate::BlockMatrix;
 use crate::block_matrix::to_csr;
 use crate::pattern::Pattern;
 
-/// Consistent mass of linear simplices, `density * volume / (N (N + 1)) * (1 + delta_ab)` for corners `a`, `b` of a cell of
-/// `N` corners (kg), the same for the three axes. A view into an [`crate::Assembler`].
+/// Consistent mass (kg), the same for the three axes: of linear simplices `density * volume / (N (N + 1)) * (1 + delta_ab)` for
+/// corners `a`, `b` of a cell of `N` corners; of order 2 that of the quadratic shape functions. A view into an [`crate::Assembler`].
 #[derive(Clone, Copy, Debug)]
 pub struct MassMatrix<'a> {
     pub(crate) pattern: &'a Pattern,
@@ -30,6 +31,14 @@ impl MassMatrix<'_> {
                 }
             }
         }
+    }
+
+    /// What a vertex weighs in a uniform acceleration (kg): the sum of its row. Of order 2 it may be negative.
+    ///
+    /// # Panics
+    /// If there is no such slot.
+    pub fn row_sum(&self, v: VertexId) -> f64 {
+        self.values[self.pattern.range(v.index())].iter().sum()
     }
 
     /// `out += factor * M`; `out` has the pattern of the assembler this comes from.

@@ -1,6 +1,6 @@
 //! Comparison with a fresh assembly.
 
-use kerfem_mesh::SimplexMesh;
+use kerfem_mesh::{Midpoints, SimplexMesh};
 
 use crate::Assembler;
 
@@ -19,7 +19,12 @@ impl<const N: usize> Assembler<N> {
     /// Compares with a fresh assembly of the same mesh; the differences must be exactly zero. If the mesh can not be
     /// assembled (a cell is inverted), they are infinite.
     pub fn verify(&self, mesh: &SimplexMesh<N>) -> Verification {
-        let Ok(fresh) = Assembler::with_cure(mesh, self.locking(), |c| *self.material(c)) else {
+        let midpoints = self
+            .midpoints()
+            .map(|m| Midpoints::restored(mesh, &m.edges()))
+            .transpose();
+        let fresh = midpoints.map(|m| Assembler::of_order(mesh, m, self.locking(), |c| *self.material(c)));
+        let Ok(Ok(fresh)) = fresh else {
             return Verification {
                 stiffness_max_relative_difference: f64::INFINITY,
                 mass_max_relative_difference: f64::INFINITY,
@@ -29,7 +34,9 @@ impl<const N: usize> Assembler<N> {
         let (own, other) = (&self.stiffness, &fresh.stiffness);
         let pattern_equal = own.rows() == other.rows()
             && (0..own.rows()).all(|i| own.row(i).0 == other.row(i).0)
-            && mesh.cell_ids().all(|c| self.slots[c.index()] == fresh.slots[c.index()]);
+            && mesh
+                .cell_ids()
+                .all(|c| self.slots.get(c.index()) == fresh.slots.get(c.index()));
         if !pattern_equal {
             return Verification {
                 stiffness_max_relative_difference: f64::INFINITY,

@@ -13,12 +13,14 @@
 //! assert!((quality::volume(&mesh) - 1.0).abs() < 1e-14);
 //! ```
 
+mod barycentric;
 mod box_tree;
 mod change;
 mod edit;
 pub mod generate;
 mod ids;
 pub mod io;
+mod midpoints;
 pub mod nearest;
 mod overlap;
 mod planar;
@@ -27,9 +29,11 @@ pub mod quality;
 mod simplex;
 mod stored;
 
+pub use barycentric::Barycentric;
 pub use box_tree::{Aabb, BoxTree, TouchedNodes};
 pub use change::{AddedCell, AddedVertex, MeshChange, MovedVertex, RemovedCell, RemovedVertex, Weights};
 pub use edit::{Edit, Mark};
 pub use ids::{CellId, FacetLabel, VertexId};
+pub use midpoints::{EDGES, MOST_NODES, Midpoints, quadratic_shapes};
 pub use overlap::overlap;
 pub use simplex::{FacetKey, FacetSide, MeshError, Point, SimplexMesh, TetMesh, TriMesh};

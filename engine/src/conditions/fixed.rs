@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use kerfem_mesh::{AddedVertex, MeshChange, Point, SimplexMesh, VertexId};
+use kerfem_mesh::{AddedVertex, FacetSide, MeshChange, Midpoints, Point, SimplexMesh, VertexId};
 
 use serde::{Deserialize, Serialize};
 
@@ -98,6 +98,21 @@ impl<const N: usize> FixedDofs<N> {
         };
         fixed.refresh_all(mesh);
         Ok(fixed)
+    }
+
+    /// Takes the mid-edge vertices of order 2 into the sets: those that satisfy the condition of a set, of another set those
+    /// between two of its vertices, as the field along such an edge is prescribed.
+    pub(crate) fn add_midpoints(&mut self, mesh: &SimplexMesh<N>, midpoints: &Midpoints<N>) {
+        for set in &mut self.sets {
+            set.members.resize(mesh.vertex_slots(), false);
+            for (v, ends) in midpoints.edges() {
+                set.members[v.index()] = match &set.condition {
+                    Some(condition) => condition.0.holds(&mesh.rest_position(v)),
+                    None => ends.iter().all(|e| set.members[e.index()]),
+                };
+            }
+        }
+        self.refresh_all(mesh);
     }
 
     fn refresh_all(&mut self, mesh: &SimplexMesh<N>) {
@@ -266,12 +281,12 @@ impl<const N: usize> FixedDofs<N> {
     /// A set given by a condition takes new and moved vertices whose rest position satisfies it. Another set takes copies
     /// of its vertices, and new vertices whose parents all belong to it and that lie on a descendant of an original
     /// boundary facet whose vertices all belong to it.
-    pub(crate) fn follow(&mut self, mesh: &SimplexMesh<N>, change: &MeshChange<N>) {
+    pub(crate) fn follow(&mut self, mesh: &SimplexMesh<N>, midpoints: Option<&Midpoints<N>>, change: &MeshChange<N>) {
         let copies = Copies::of(change);
         for set in &mut self.sets {
             set.members.resize(mesh.vertex_slots(), false);
             for v in &change.vertices_added {
-                set.members[v.id.index()] = set.takes(mesh, v, &copies);
+                set.members[v.id.index()] = set.takes(mesh, midpoints, v, &copies);
             }
             if let Some(condition) = &set.condition {
                 for v in &change.vertices_moved {
@@ -308,19 +323,27 @@ impl<const N: usize> FixedDofs<N> {
 }
 
 impl FixedSet {
-    fn takes<const N: usize>(&self, mesh: &SimplexMesh<N>, v: &AddedVertex, copies: &Copies<'_>) -> bool {
+    fn takes<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        midpoints: Option<&Midpoints<N>>,
+        v: &AddedVertex,
+        copies: &Copies<'_>,
+    ) -> bool {
         if let Some(condition) = &self.condition {
             return condition.0.holds(&mesh.rest_position(v.id));
         }
         if let Some(original) = copies.original(v) {
             return self.members[original.index()];
         }
-        let on_its_boundary = || {
-            mesh.boundary_facets_of_vertex(v.id).any(|side| {
-                let label = mesh.facet_labels(side.cell)[side.local as usize];
-                let original = label.some().map(|i| mesh.original_facets()[i]);
-                original.is_some_and(|f| f.iter().all(|w| self.members[w.index()]))
-            })
+        let is_held = |side: FacetSide| {
+            let label = mesh.facet_labels(side.cell)[side.local as usize];
+            let original = label.some().map(|i| mesh.original_facets()[i]);
+            original.is_some_and(|f| f.iter().all(|w| self.members[w.index()]))
+        };
+        let on_its_boundary = || match midpoints {
+            Some(midpoints) => midpoints.boundary_facets_of(mesh, v.id).any(is_held),
+            None => mesh.boundary_facets_of_vertex(v.id).any(is_held),
         };
         v.parents.iter().all(|(p, _)| self.members[p.index()]) && on_its_boundary()
     }

@@ -14,7 +14,7 @@ use super::Selector;
 use super::copies::Copies;
 use crate::input::MeshInput;
 use crate::selections::{Extent, Selected};
-use crate::{Components, EngineError, Expression, LoadSpec, Scene};
+use crate::{Components, EngineError, Expression, LoadSpec, MassKind, Scene};
 
 /// What a load acts on.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -51,8 +51,16 @@ struct Load {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Loads {
     loads: Vec<Load>,
+    shared: Shared,
+}
+
+/// What all loads of a body have in common.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Shared {
     /// Of a planar body (m), else 1: facet loads are given per area of the boundary, which is length times this.
     thickness: f64,
+    /// Whether gravity acts on the consistent mass: where nothing is accelerated by the lumped one.
+    consistent_gravity: bool,
 }
 
 /// A load that has no finite value.
@@ -79,8 +87,12 @@ impl Loads {
                 spec,
             )?);
         }
-        let thickness = scene.material.thickness.unwrap_or(1.0);
-        Ok(Loads { loads, thickness })
+        let moves = scene.time.scheme.steps() && scene.model.mass == MassKind::Lumped;
+        let shared = Shared {
+            thickness: scene.material.thickness.unwrap_or(1.0),
+            consistent_gravity: scene.model.order == 2 && !moves,
+        };
+        Ok(Loads { loads, shared })
     }
 
     /// How many there are.
@@ -141,7 +153,7 @@ impl Loads {
 
     /// What each load acts on, in the order of the scene.
     pub(crate) fn selected<const N: usize>(&self, mesh: &SimplexMesh<N>) -> Vec<Selected> {
-        let thickness = self.thickness;
+        let thickness = self.shared.thickness;
         let selected = |l: &Load| {
             let extent = match &l.place {
                 Place::Body => Extent::of_cells(mesh, mesh.cell_ids(), thickness),
@@ -164,7 +176,7 @@ impl Loads {
         t: f64,
     ) -> Vector3<f64> {
         let mut f = vec![0.0; 3 * mesh.vertex_slots()];
-        let _ = self.loads[index].add(mesh, assembler, self.thickness, t, &mut f);
+        let _ = self.loads[index].add(mesh, assembler, self.shared, t, &mut f);
         f.as_chunks::<3>().0.iter().map(|f| Vector3::from(*f)).sum()
     }
 
@@ -192,7 +204,7 @@ impl Loads {
     ) -> Result<(), NotFinite> {
         f.fill(0.0);
         for (index, load) in self.loads.iter().enumerate() {
-            load.add(mesh, assembler, self.thickness, t, f).map_err(|message| {
+            load.add(mesh, assembler, self.shared, t, f).map_err(|message| {
                 let key = load.key();
                 NotFinite { index, key, message }
             })?;
@@ -293,10 +305,11 @@ impl Load {
         &self,
         mesh: &SimplexMesh<N>,
         assembler: &Assembler<N>,
-        thickness: f64,
+        shared: Shared,
         t: f64,
         f: &mut [f64],
     ) -> Result<(), String> {
+        let thickness = shared.thickness;
         // the first expression without a finite value, and where
         let fault: Cell<Option<(&Expression, Option<Point>)>> = Cell::new(None);
         let value = |e, place: Option<Point>| -> f64 {
@@ -308,17 +321,21 @@ impl Load {
         };
         match (&self.place, &self.action) {
             (Place::Body, Action::Vector(g)) => {
-                load::add_gravity(mesh, assembler, g.each_ref().map(|e| value(e, None)), f);
+                let g = g.each_ref().map(|e| value(e, None));
+                match shared.consistent_gravity {
+                    true => load::add_consistent_gravity(mesh, assembler, g, f),
+                    false => load::add_gravity(mesh, assembler, g, f),
+                }
             }
             (Place::Facets { sides, .. }, Action::Vector(traction)) => {
                 let traction = |p| traction.each_ref().map(|e| thickness * value(e, Some(p)));
-                load::add_traction(mesh, sides.iter().copied(), traction, f);
+                load::add_traction(mesh, assembler, sides.iter().copied(), traction, f);
             }
             (Place::Facets { sides, .. }, Action::Pressure(pressure)) => {
                 for side in sides {
                     let outward = mesh.facet_normal(*side).normalize();
                     let traction = |p| (outward * (-thickness * value(pressure, Some(p)))).into();
-                    load::add_traction(mesh, [*side], traction, f);
+                    load::add_traction(mesh, assembler, [*side], traction, f);
                 }
             }
             (Place::Vertices(shares), Action::Vector(total)) => {

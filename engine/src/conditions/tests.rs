@@ -94,7 +94,7 @@ fn a_listed_set_takes_new_vertices_of_its_own_boundary_only() {
     let on_face = split(&mut edit, a, b);
     let off_face = split(&mut edit, a, c);
     let change = edit.commit();
-    fixed.follow(mesh, &change);
+    fixed.follow(mesh, None, &change);
     assert!(fixed.is_fixed(on_face, 0) && !fixed.is_fixed(on_face, 1) && fixed.is_fixed(on_face, 2));
     assert!((0..3).all(|axis| !fixed.is_fixed(off_face, axis)));
 }
@@ -111,7 +111,7 @@ fn an_edge_between_two_held_faces_is_not_held() {
     // the diagonal through the middle of the body
     let inside = split(&mut edit, VertexId(0), VertexId(7));
     let change = edit.commit();
-    fixed.follow(mesh, &change);
+    fixed.follow(mesh, None, &change);
     assert!(!fixed.is_fixed(inside, 0));
 }
 
@@ -131,7 +131,7 @@ fn copies_of_held_vertices_are_held_and_conditions_are_asked_again() {
     let along = split(&mut edit, a, v);
     let away = split(&mut edit, v, c);
     let change = edit.commit();
-    fixed.follow(mesh, &change);
+    fixed.follow(mesh, None, &change);
     assert!((0..3).all(|axis| fixed.is_fixed(copy, axis)));
     assert!(fixed.is_fixed(along, 1) && !fixed.is_fixed(along, 0));
     assert!((0..3).all(|axis| !fixed.is_fixed(away, axis)));
@@ -146,7 +146,7 @@ fn a_moved_vertex_is_asked_again_by_a_condition() {
     let mut edit = Edit::new(mesh);
     edit.move_vertex(v, Vector3::new(0.2, 0.5, 0.5), &vec![(w, 0.6), (v, 0.4)]);
     let change = edit.commit();
-    fixed.follow(mesh, &change);
+    fixed.follow(mesh, None, &change);
     assert!(fixed.is_fixed(v, 0));
 }
 
@@ -242,6 +242,6 @@ fn nothing_happens_without_a_change() {
     let (scene, input) = cube("[[fixed]]\nwhere = 'x < 0.1'\n[[load]]\nvertices = [1]\nforce = [1, 0, 0]");
     let mut fixed = FixedDofs::new(&scene, &input).unwrap();
     let mask = fixed.mask().to_vec();
-    fixed.follow(&input.mesh, &MeshChange::default());
+    fixed.follow(&input.mesh, None, &MeshChange::default());
     assert_eq!(fixed.mask(), mask);
 }

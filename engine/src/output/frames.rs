@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use kerfem_mesh::io::{IoError, VtuArray, VtuCells, VtuGrid, write_vtp, write_vtu};
-use kerfem_mesh::{CellId, Point, SimplexMesh, VertexId, quality};
+use kerfem_mesh::{CellId, Midpoints, Point, SimplexMesh, VertexId, quality};
 use nalgebra::{Matrix3, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
@@ -30,29 +30,44 @@ impl Numbering {
         Numbering { vertices, index }
     }
 
-    /// Only the vertices of the boundary.
-    fn of_boundary<const N: usize>(mesh: &SimplexMesh<N>) -> Self {
-        let corners = mesh.boundary_facets().flat_map(|side| mesh.facet_corners(side));
-        let vertices: BTreeSet<VertexId> = corners.collect();
+    /// Only the vertices in some triangles or lines.
+    fn of_parts<const N: usize>(mesh: &SimplexMesh<N>, parts: &[[VertexId; 3]]) -> Self {
+        let vertices: BTreeSet<VertexId> = parts.iter().flatten().copied().collect();
         Numbering::new(mesh, vertices.into_iter().collect())
     }
 
-    /// The cells of a mesh.
-    pub(super) fn cells<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
-        let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(|v| self.index[v.index()]));
+    /// The cells of a mesh, quadratic if it has `midpoints`.
+    pub(super) fn cells<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        midpoints: Option<&Midpoints<N>>,
+    ) -> VtuCells<'static> {
+        let at = |v: VertexId| self.index[v.index()];
+        if let Some(midpoints) = midpoints {
+            let cells = mesh.cell_ids().map(|c| midpoints.nodes(mesh, c));
+            return match N {
+                3 => VtuCells::QuadraticTriangles(
+                    cells
+                        .map(|c| std::array::from_fn(|k| at(c[k])))
+                        .collect::<Vec<_>>()
+                        .into(),
+                ),
+                _ => VtuCells::QuadraticTets(cells.map(|c| c.map(at)).collect::<Vec<_>>().into()),
+            };
+        }
+        let cells = mesh.cell_ids().map(|c| mesh.cell(c).map(at));
         match N {
             3 => VtuCells::Triangles(cells.map(|c| [c[0], c[1], c[2]]).collect()),
             _ => VtuCells::Tets(cells.map(|c| [c[0], c[1], c[2], c[3]]).collect()),
         }
     }
 
-    /// The boundary of a mesh: triangles with their normal outwards, of a planar mesh lines that run counter-clockwise.
-    fn boundary<const N: usize>(&self, mesh: &SimplexMesh<N>) -> VtuCells<'static> {
-        let facets = mesh.boundary_facets().map(|side| mesh.facet_corners(side));
-        let facets = facets.map(|f| f.map(|v| self.index[v.index()]));
+    /// Triangles or, in the plane, lines.
+    fn surface<const N: usize>(&self, parts: &[[VertexId; 3]]) -> VtuCells<'static> {
+        let parts = parts.iter().map(|f| f.map(|v| self.index[v.index()]));
         match N {
-            3 => VtuCells::Lines(facets.map(|[a, b, _]| [a, b]).collect()),
-            _ => VtuCells::Triangles(facets.collect()),
+            3 => VtuCells::Lines(parts.map(|[a, b, _]| [a, b]).collect()),
+            _ => VtuCells::Triangles(parts.collect()),
         }
     }
 
@@ -90,7 +105,8 @@ impl Numbering {
 pub(crate) fn write_state<const N: usize>(path: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let mesh = &simulation.mesh;
     let numbering = Numbering::of(mesh);
-    let mut grid = numbering.moving_grid(simulation, numbering.cells(mesh));
+    let midpoints = simulation.assembler.midpoints();
+    let mut grid = numbering.moving_grid(simulation, numbering.cells(mesh, midpoints));
     let mut point = |name: &'static str, components, field: &[f64]| {
         grid.point_arrays
             .push(VtuArray::reals(name, components, numbering.rows(field, components)));
@@ -123,9 +139,27 @@ pub(crate) fn write_state<const N: usize>(path: &Path, simulation: &Simulation<N
 /// Writes the boundary of the present state at rest positions, with its motion.
 fn write_surface<const N: usize>(path: &Path, simulation: &Simulation<N>) -> Result<(), EngineError> {
     let mesh = &simulation.mesh;
-    let numbering = Numbering::of_boundary(mesh);
-    let grid = numbering.moving_grid(simulation, numbering.boundary(mesh));
+    let parts = boundary(mesh, simulation.assembler.midpoints());
+    let numbering = Numbering::of_parts(mesh, &parts);
+    let grid = numbering.moving_grid(simulation, numbering.surface::<N>(&parts));
     write_vtp(path, &grid).map_err(EngineError::Write)
+}
+
+/// The boundary of a mesh: triangles with their normal outwards, of a planar mesh lines that run counter-clockwise (their second
+/// vertex repeated). With `midpoints` each facet is divided at these, as a surface file holds no quadratic cells.
+fn boundary<const N: usize>(mesh: &SimplexMesh<N>, midpoints: Option<&Midpoints<N>>) -> Vec<[VertexId; 3]> {
+    let sides = mesh.boundary_facets();
+    let Some(midpoints) = midpoints else {
+        return sides.map(|side| mesh.facet_corners(side)).collect();
+    };
+    let divided = sides.flat_map(|side| {
+        let ([a, b, c, d, e, f], _) = midpoints.facet_nodes(mesh, side);
+        match N {
+            3 => vec![[a, c, c], [c, b, b]],
+            _ => vec![[a, d, f], [d, b, e], [f, e, c], [d, e, f]],
+        }
+    });
+    divided.collect()
 }
 
 /// Writes a mesh at rest with the quality of its cells, as its file's ending says: `.vtu`, or `.vtp` for triangles.
@@ -152,7 +186,7 @@ pub fn mesh_writer<const N: usize>(
     };
     Ok(move |mesh: &SimplexMesh<N>| {
         let numbering = Numbering::of(mesh);
-        let mut grid = numbering.grid(mesh, numbering.cells(mesh));
+        let mut grid = numbering.grid(mesh, numbering.cells(mesh, None));
         let ratio = |c| quality::radius_ratio(&mesh.cell_rest_positions(c));
         let values: Vec<f64> = mesh.cell_ids().map(ratio).collect();
         grid.cell_arrays.push(VtuArray::reals("quality", 1, values));

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use kerfem_mesh::SimplexMesh;
 use kerfem_mesh::io::{VtuArray, write_vtu};
+use kerfem_mesh::{Midpoints, SimplexMesh};
 
 use super::frames::Numbering;
 use super::series::{FileList, Kind, Series};
@@ -26,10 +26,15 @@ impl ModeFiles {
     }
 
     /// Writes the next mode: a mesh at rest with displacements (m, flat, three a vertex slot).
-    pub(crate) fn add<const N: usize>(&mut self, mesh: &SimplexMesh<N>, u: &[f64]) -> Result<(), EngineError> {
+    pub(crate) fn add<const N: usize>(
+        &mut self,
+        mesh: &SimplexMesh<N>,
+        midpoints: Option<&Midpoints<N>>,
+        u: &[f64],
+    ) -> Result<(), EngineError> {
         let number = self.series.written().len() + 1;
         let numbering = Numbering::of(mesh);
-        let mut grid = numbering.grid(mesh, numbering.cells(mesh));
+        let mut grid = numbering.grid(mesh, numbering.cells(mesh, midpoints));
         let shape = VtuArray::reals("displacement", 3, numbering.rows(u, 3));
         grid.point_arrays.push(shape);
         let write = |path: &Path| write_vtu(path, &grid).map_err(EngineError::Write);

@@ -95,7 +95,11 @@ impl StepTable {
             .chain(counts.map(|n| n.to_string()))
             .chain([info.residual, e.kinetic, e.elastic, e.potential, e.dissipated].map(|x| format!("{x:e}")))
             .chain(seconds.map(|x| format!("{x:.6}")))
-            .chain(s.probes.values(&s.mesh, &s.state.u).map(|x| format!("{x:e}")));
+            .chain(
+                s.probes
+                    .values(&s.mesh, &s.assembler, &s.state.u)
+                    .map(|x| format!("{x:e}")),
+            );
         self.write(row.collect::<Vec<_>>())
     }
 

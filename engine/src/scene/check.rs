@@ -226,9 +226,13 @@ impl Scene {
 
     fn check_model(&self) -> Checked {
         let m = &self.model;
-        if m.order != 1 {
-            let message = format!("{} is not available yet; accepted: 1", m.order);
+        if ![1, 2].contains(&m.order) {
+            let message = format!("{} is not accepted; accepted: 1, 2", m.order);
             return self.fail("model", 0, "order", message);
+        }
+        if m.order == 2 && m.locking == "nodal" {
+            let message = "\"nodal\" is a cure of order 1; with order = 2 are accepted: \"none\", \"auto\"";
+            return self.fail("model", 0, "locking", message);
         }
         if !["none", "auto", "nodal"].contains(&m.locking.as_str()) {
             let message = format!(

@@ -240,7 +240,8 @@ pub struct ModelSpec {
     pub kind: ModelKind,
     /// How mass is spread.
     pub mass: MassKind,
-    /// Order of the elements: 1.
+    /// Order of the elements: 1, or 2 with a node in the middle of each edge. A set of vertices given one by one or as a group holds
+    /// the middle of an edge if it holds both ends.
     pub order: u32,
     /// Cure of volumetric locking: "none"; "nodal", strains averaged at the vertices, for all materials; "auto", for those with a
     /// Poisson's ratio above 0.45.

@@ -282,8 +282,8 @@ fn mistakes_get_one_line_with_place_and_what_is_accepted() {
         ),
         (
             "[time]",
-            "[model]\norder = 2\n[time]",
-            "s.toml:13: model.order: 2 is not available yet; accepted: 1",
+            "[model]\norder = 3\n[time]",
+            "s.toml:13: model.order: 3 is not accepted; accepted: 1, 2",
         ),
         (
             "[time]",

@@ -9,6 +9,7 @@ mod jump;
 mod locking;
 mod modes;
 mod nodal_loads;
+mod order2;
 mod planar;
 mod planar_cuts;
 mod saves;

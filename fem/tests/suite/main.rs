@@ -6,5 +6,6 @@ mod helpers;
 mod locking;
 mod multigrid;
 mod planar;
+mod quadratic;
 mod solve;
 mod update;

@@ -283,7 +283,13 @@ fn a_cantilever_converges_to_the_beam_with_shear() {
                 0.0,
             ]
         };
-        load::add_traction(&mesh, edges_where(&mesh, |p| p.x > length - 1e-9), shear, &mut f);
+        load::add_traction(
+            &mesh,
+            &assembler,
+            edges_where(&mesh, |p| p.x > length - 1e-9),
+            shear,
+            &mut f,
+        );
         let found = solve(&mesh, &assembler, &hold, &f, u);
         let difference = found
             .iter()
@@ -305,11 +311,12 @@ fn loads_on_edges_add_up() {
     let top = edges_where(&mesh, |p| p.y > 0.999);
     assert_eq!(top.len(), 3);
     let total = |f: &[f64]| f.chunks(3).fold(Point::zeros(), |s, x| s + Point::from_row_slice(x));
+    let assembler = Assembler::new(&mesh, |_| rubber(Plane::Strain)).unwrap();
     let mut f = vec![0.0; n];
-    load::add_pressure(&mesh, &top, 3.0, &mut f);
+    load::add_pressure(&mesh, &assembler, &top, 3.0, &mut f);
     assert!((total(&f) - Point::new(0.0, -6.0, 0.0)).norm() < 1e-14);
     let mut f = vec![0.0; n];
-    load::add_traction(&mesh, top, |p| [p.x, 1.0, 0.0], &mut f);
+    load::add_traction(&mesh, &assembler, top, |p| [p.x, 1.0, 0.0], &mut f);
     assert!((total(&f) - Point::new(2.0, 2.0, 0.0)).norm() < 1e-14);
     let moment: f64 = (0..n / 3).map(|i| mesh.rest_positions()[i].x * f[3 * i]).sum();
     assert!(
@@ -318,9 +325,8 @@ fn loads_on_edges_add_up() {
     );
     let all: Vec<FacetSide> = mesh.boundary_facets().collect();
     let mut f = vec![0.0; n];
-    load::add_pressure(&mesh, &all, 3.0, &mut f);
+    load::add_pressure(&mesh, &assembler, &all, 3.0, &mut f);
     assert!(total(&f).norm() < 1e-14);
-    let assembler = Assembler::new(&mesh, |_| rubber(Plane::Strain)).unwrap();
     let mut f = vec![0.0; n];
     load::add_gravity(&mesh, &assembler, [0.0, -10.0, 0.0], &mut f);
     assert!((total(&f).y + 2.0 * THICKNESS * 1e4).abs() < 1e-9);

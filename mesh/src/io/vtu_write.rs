@@ -35,6 +35,10 @@ pub enum VtuCells<'a> {
     Triangles(Cow<'a, [[usize; 3]]>),
     /// VTK cell type 3.
     Lines(Cow<'a, [[usize; 2]]>),
+    /// VTK cell type 24: corners, then the middles of the edges (0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3).
+    QuadraticTets(Cow<'a, [[usize; 10]]>),
+    /// VTK cell type 22: corners, then the middles of the edges (0, 1), (1, 2), (2, 0).
+    QuadraticTriangles(Cow<'a, [[usize; 6]]>),
 }
 
 /// A named array, row after row.
@@ -136,7 +140,7 @@ fn write(path: &Path, grid: &VtuGrid, content: &str) -> Result<(), IoError> {
 }
 
 fn check(grid: &VtuGrid, content: &str) -> Result<(), (String, String)> {
-    if content == "PolyData" && matches!(grid.cells, VtuCells::Tets(_)) {
+    if content == "PolyData" && !matches!(grid.cells, VtuCells::Triangles(_) | VtuCells::Lines(_)) {
         return Err(("connectivity".into(), "a surface is made of triangles or lines".into()));
     }
     let (num_points, num_cells) = (grid.points.len(), grid.cells.len());
@@ -159,7 +163,7 @@ fn check(grid: &VtuGrid, content: &str) -> Result<(), (String, String)> {
             }
         }
     }
-    match grid.cells.nodes().find(|&n| n >= num_points) {
+    match grid.cells.flat().iter().find(|&&n| n >= num_points) {
         None => Ok(()),
         Some(n) => Err((
             "connectivity".into(),
@@ -171,11 +175,7 @@ fn check(grid: &VtuGrid, content: &str) -> Result<(), (String, String)> {
 impl VtuCells<'_> {
     /// How many cells there are.
     pub fn len(&self) -> usize {
-        match self {
-            VtuCells::Tets(cells) => cells.len(),
-            VtuCells::Triangles(cells) => cells.len(),
-            VtuCells::Lines(cells) => cells.len(),
-        }
+        self.flat().len() / self.nodes_of_cell()
     }
 
     /// Whether there are none.
@@ -183,11 +183,13 @@ impl VtuCells<'_> {
         self.len() == 0
     }
 
-    fn corners(&self) -> usize {
+    fn nodes_of_cell(&self) -> usize {
         match self {
             VtuCells::Tets(_) => 4,
             VtuCells::Triangles(_) => 3,
             VtuCells::Lines(_) => 2,
+            VtuCells::QuadraticTets(_) => 10,
+            VtuCells::QuadraticTriangles(_) => 6,
         }
     }
 
@@ -196,16 +198,20 @@ impl VtuCells<'_> {
             VtuCells::Tets(_) => 10,
             VtuCells::Triangles(_) => 5,
             VtuCells::Lines(_) => 3,
+            VtuCells::QuadraticTets(_) => 24,
+            VtuCells::QuadraticTriangles(_) => 22,
         }
     }
 
-    fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        let flat = match self {
+    /// The nodes of all cells, one after the other.
+    fn flat(&self) -> &[usize] {
+        match self {
             VtuCells::Tets(cells) => cells.as_flattened(),
             VtuCells::Triangles(cells) => cells.as_flattened(),
             VtuCells::Lines(cells) => cells.as_flattened(),
-        };
-        flat.iter().copied()
+            VtuCells::QuadraticTets(cells) => cells.as_flattened(),
+            VtuCells::QuadraticTriangles(cells) => cells.as_flattened(),
+        }
     }
 }
 
@@ -237,9 +243,9 @@ fn write_grid(out: &mut dyn Write, grid: &VtuGrid, content: &str) -> io::Result<
         coordinates.flat_map(f64::to_le_bytes).collect(),
     )?;
     writeln!(out, "</Points>\n<{section}>")?;
-    let nodes = grid.cells.nodes().flat_map(|n| (n as i64).to_le_bytes());
+    let nodes = grid.cells.flat().iter().flat_map(|n| (*n as i64).to_le_bytes());
     write_array(out, "Int64", "connectivity", 1, nodes.collect())?;
-    let ends = (1..=num_cells).map(|cell| (cell * grid.cells.corners()) as i64);
+    let ends = (1..=num_cells).map(|cell| (cell * grid.cells.nodes_of_cell()) as i64);
     write_array(out, "Int64", "offsets", 1, ends.flat_map(i64::to_le_bytes).collect())?;
     if !surface {
         write_array(out, "UInt8", "types", 1, vec![grid.cells.vtk_kind(); num_cells])?;

@@ -1,16 +1,18 @@
 //! Barycentric coordinates of points in cells.
 
-use kerfem_mesh::Point;
 use nalgebra::{Matrix4, Vector4};
 
+use crate::Point;
+
 /// Coordinates relative to the corners of one cell; of a triangle in the plane z = 0.
-pub(crate) struct Barycentric<const N: usize> {
+#[derive(Clone, Debug)]
+pub struct Barycentric<const N: usize> {
     inverse: Matrix4<f64>,
 }
 
 impl<const N: usize> Barycentric<N> {
     /// For a cell with corners at `p`; none if it is flat.
-    pub(crate) fn of(p: &[Point; N]) -> Option<Self> {
+    pub fn of(p: &[Point; N]) -> Option<Self> {
         // the fourth column of a triangle is the direction out of its plane
         let mut columns = [Vector4::new(0.0, 0.0, 0.0, 1.0); 4];
         for (column, p) in columns.iter_mut().zip(p) {
@@ -21,7 +23,7 @@ impl<const N: usize> Barycentric<N> {
     }
 
     /// The coordinates of a point; they add up to one.
-    pub(crate) fn at(&self, p: &Point) -> [f64; N] {
+    pub fn at(&self, p: &Point) -> [f64; N] {
         let all = self.inverse * Vector4::new(1.0, p.x, p.y, p.z);
         std::array::from_fn(|k| all[k])
     }
