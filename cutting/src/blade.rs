@@ -408,10 +408,13 @@ impl Tip {
             place: at(vertex),
         };
         // an edge that is farther from the blade costs more
-        let cost = |v: VertexId, w: VertexId| {
+        let away = |v: VertexId, w: VertexId| {
             let off = [v, w].map(|u| near(u).1 / (resolution_of(options) * mesh.local_size(u)));
-            (at(v) - at(w)).norm() * (1.0 + off[0] * off[0] + off[1] * off[1])
+            1.0 + off[0] * off[0] + off[1] * off[1]
         };
+        let cost = |v: VertexId, w: VertexId| (at(v) - at(w)).norm() * away(v, w);
+        // and stands for less of the blade
+        let stands = |w: &[Mark]| (w[1].s - w[0].s).abs() / away(w[0].vertex, w[1].vertex);
         let mut fronts: Vec<Front> = Vec::new();
         for part in connected(&joined) {
             // inside the body it ends where the blade does
@@ -427,7 +430,9 @@ impl Tip {
             };
             let ends = [0, 1].map(at_end);
             let along = |v: VertexId| (near(v).0 * (line[1] - line[0]).norm(), near(v).1);
-            let outermost = [1.0, -1.0].map(|sign| outermost(&part, &joined, sign, along));
+            // where it comes out of the body, or where what is looked at ends
+            let is_end = |v: &VertexId| joined[v].len() == 1 || is_on_original_boundary(mesh, *v);
+            let outermost = [1.0, -1.0].map(|sign| outermost(&part, is_end, sign, along));
             let path = path_between([0, 1].map(|k| ends[k].unwrap_or(outermost[k])), &joined, cost);
             let mut front: Front = path.into_iter().map(mark).collect();
             for (k, end) in [(0, 0), (front.len() - 1, 1)] {
@@ -441,7 +446,8 @@ impl Tip {
         }
         self.line = line;
         (self.back, self.lost) = (None, 0.0);
-        self.fronts = apart(fronts);
+        let is_at = |m: &Mark| near(m.vertex).1 <= resolution_of(options) * mesh.local_size(m.vertex);
+        self.fronts = apart(fronts, |f| f.windows(2).map(stands).sum(), is_at);
         // without snapping whatever is swept is opened
         let exact = options.method == Method::Subdivide;
         let far = 0.75 * resolution_of(options).min(0.5) * size;
@@ -825,7 +831,12 @@ fn connected(joined: &Graph) -> Vec<Vec<VertexId>> {
 /// The end of a front that is farthest along the blade (first if `sign` is 1, last if -1), less how far it is from it; of those
 /// the nearest. `place` says where along the blade a vertex is (m), and how far from it (m). Where the incision is so narrow that
 /// its other border is as near as this one, the end of that lies farther off.
-fn outermost(part: &[VertexId], joined: &Graph, sign: f64, place: impl Fn(VertexId) -> (f64, f64)) -> VertexId {
+fn outermost(
+    part: &[VertexId],
+    is_end: impl Fn(&VertexId) -> bool,
+    sign: f64,
+    place: impl Fn(VertexId) -> (f64, f64),
+) -> VertexId {
     let order = |a: &VertexId, b: &VertexId| {
         let ((s, p), (t, q)) = (place(*a), place(*b));
         (sign * s + p)
@@ -833,7 +844,7 @@ fn outermost(part: &[VertexId], joined: &Graph, sign: f64, place: impl Fn(Vertex
             .then(p.total_cmp(&q))
             .then(a.cmp(b))
     };
-    let ends = part.iter().copied().filter(|v| joined[v].len() == 1).min_by(order);
+    let ends = part.iter().copied().filter(is_end).min_by(order);
     ends.or_else(|| part.iter().copied().min_by(order)).unwrap_or(part[0])
 }
 
@@ -865,17 +876,28 @@ fn path_between(
     path
 }
 
-/// The longest fronts that do not lie beside each other, ascending along the blade.
-fn apart(mut fronts: Vec<Front>) -> Vec<Front> {
+/// The fronts that stand for most of the blade, and of others what is at the blade where none of these is; ascending along it.
+fn apart(fronts: Vec<Front>, stand: impl Fn(&Front) -> f64, is_at: impl Fn(&Mark) -> bool) -> Vec<Front> {
     let ends = |f: &Front| (f[0].s, f[f.len() - 1].s);
-    let length = |f: &Front| ends(f).1 - ends(f).0;
-    fronts.sort_by(|a, b| length(b).total_cmp(&length(a)).then(a[0].vertex.cmp(&b[0].vertex)));
+    let mut fronts: Vec<(f64, Front)> = fronts.into_iter().map(|f| (stand(&f), f)).collect();
+    fronts.sort_by(|(s, a), (t, b)| t.total_cmp(s).then(a[0].vertex.cmp(&b[0].vertex)));
     let mut kept: Vec<Front> = Vec::new();
-    for front in fronts {
+    for (_, front) in fronts {
         let (from, to) = ends(&front);
         if kept.iter().all(|k| ends(k).1 <= from || to <= ends(k).0) {
             kept.push(front);
+            continue;
         }
+        let is_free = |m: &Mark| is_at(m) && kept.iter().all(|k| m.s < ends(k).0 || m.s > ends(k).1);
+        // with the vertices beside it, that nothing stays closed between the two
+        let is_wanted = |k: &usize| {
+            let around = k.saturating_sub(1)..(k + 2).min(front.len());
+            is_at(&front[*k]) && front[around].iter().any(is_free)
+        };
+        let wanted: Vec<usize> = (0..front.len()).filter(is_wanted).collect();
+        let runs = wanted.chunk_by(|i, k| i + 1 == *k);
+        let runs: Vec<Front> = runs.map(|run| run.iter().map(|k| front[*k]).collect()).collect();
+        kept.extend(runs);
     }
     kept.sort_by(|a, b| ends(a).0.total_cmp(&ends(b).0));
     kept
