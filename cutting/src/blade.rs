@@ -160,6 +160,12 @@ pub struct Tip {
     /// Where the next motion begins outside the fronts (m): the blade, or what it left behind when the cut was too short to
     /// open anything there.
     behind: [Point; 2],
+    /// Where it has been since then without opening anything (m): what is swept next is swept by this way.
+    #[serde(default)]
+    passed: Vec<[Point; 2]>,
+    /// Where it is to come to by the cut that is being made (m); if it does not arrive, the cut was refused.
+    #[serde(default)]
+    tried: Option<[Point; 2]>,
     /// The ends of the incision at the blade, ascending along it: vertices joined by edges.
     fronts: Vec<Front>,
     /// Where the blade is while it moves back between the lips of its incision (m).
@@ -192,6 +198,8 @@ impl Tip {
         Tip {
             line,
             behind: line,
+            passed: Vec::new(),
+            tried: None,
             fronts: Vec::new(),
             back: None,
             lost: 0.0,
@@ -206,7 +214,8 @@ impl Tip {
 
     /// Whether it can belong to a mesh of so many vertex slots.
     pub fn fits(&self, slots: usize) -> bool {
-        let mut lines = self.line.iter().chain(&self.behind).chain(self.back.iter().flatten());
+        let lines = [&self.line, &self.behind].into_iter().chain(&self.passed);
+        let mut lines = lines.chain(&self.tried).chain(&self.back).flatten();
         let mut marks = self.fronts.iter().flatten();
         let fits = |m: &Mark| m.vertex.index() < slots && m.s.is_finite() && is_finite(&m.place);
         lines.all(is_finite) && marks.all(fits) && self.lost.is_finite()
@@ -240,12 +249,18 @@ impl Tip {
         options: &CutOptions,
         due: bool,
     ) -> Sweep {
+        if let Some(refused) = self.tried.take() {
+            self.pass(refused, SMOOTH * size_around(mesh, tree, &refused));
+        }
         if self.vertices().any(|(v, _)| !mesh.has_vertex(v)) {
             // improving cells has taken some away
+            let passed = self.passed.clone();
             self.arrive(mesh, tree, positions, self.line, options);
+            self.passed = passed;
         }
         let mut start = self.start(positions);
-        let mut size = size_near(mesh, tree, &ruled(&start, line, f64::INFINITY));
+        let mut way = self.way_to(line);
+        let mut size = size_near(mesh, tree, &ruled(&start, &way, f64::INFINITY));
         if size.is_infinite() {
             // through the air
             *self = Tip::new(line);
@@ -270,21 +285,22 @@ impl Tip {
         if let Some(from) = anew {
             *self = Tip::new(from);
             start = self.start(positions);
-            size = size_near(mesh, tree, &ruled(&start, line, f64::INFINITY));
+            way = self.way_to(line);
+            size = size_near(mesh, tree, &ruled(&start, &way, f64::INFINITY));
         }
         let most = resolution_of(options).clamp(SLIDE[0], SLIDE[1]) * size;
-        let has_cut = !self.fronts.is_empty();
         if !due
-            && let Some(width) = slides(mesh, tree, positions, &start, line, most, has_cut)
+            && let Some(width) = self.slides(mesh, tree, positions, line, most)
             && self.lost + width <= most
         {
             let lost = self.lost + width;
             self.arrive(mesh, tree, positions, line, options);
             (self.behind, self.lost) = (line, lost);
+            self.passed.clear();
             return Sweep::default();
         }
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
-        for t in ruled(&start, line, SMOOTH * size) {
+        for t in ruled(&start, &way, SMOOTH * size) {
             triangles.push([0, 1, 2].map(|k| points.len() + k));
             points.extend(t);
         }
@@ -292,8 +308,45 @@ impl Tip {
             triangles.push([0, 1, 2].map(|k| points.len() + k));
             points.extend(lip.map(|v| positions[v.index()]));
         }
+        self.tried = Some(line);
         // all points come from finite ones, so there is nothing to refuse
         Sweep::new(points, triangles).map_or_else(|_| Sweep::default(), |(sweep, _)| sweep.going_on())
+    }
+
+    /// Where the blade comes by on its way to `line` (m), and that.
+    fn way_to(&self, line: [Point; 2]) -> Vec<[Point; 2]> {
+        self.passed.iter().copied().chain([line]).collect()
+    }
+
+    /// Takes note that the blade has been at `line` (m) and opened nothing on its way; places within `least` (m) of a straight
+    /// way are left out.
+    fn pass(&mut self, line: [Point; 2], least: f64) {
+        if let Some(last) = self.passed.last() {
+            let before = self.passed.len().checked_sub(2).map_or(self.behind, |k| self.passed[k]);
+            let off = |k: usize| (on_segment(&last[k], &[before[k], line[k]]).0 - last[k]).norm();
+            if (0..2).all(|k| off(k) <= least) {
+                self.passed.pop();
+            }
+        }
+        self.passed.push(line);
+    }
+
+    /// How far (m) what the blade sweeps on its way to `line` inside the body lies from where it has come to, if it only slides
+    /// along itself, as [`slides`] says of every part of the way.
+    fn slides<const N: usize>(
+        &self,
+        mesh: &SimplexMesh<N>,
+        tree: &BoxTree,
+        positions: &[Point],
+        line: [Point; 2],
+        reach: f64,
+    ) -> Option<f64> {
+        let (mut start, mut width) = (self.start(positions), 0.0);
+        for line in self.way_to(line) {
+            width += slides(mesh, tree, positions, &start, line, reach, !self.fronts.is_empty())?;
+            start = vec![(0.0, line[0]), (1.0, line[1])];
+        }
+        Some(width)
     }
 
     /// Whether the way from the end of the incision to `line` leads back between the lips: within 75 degrees on average.
@@ -319,7 +372,7 @@ impl Tip {
 
     /// Whether the blade passes the end of its incision on the way from one line to another, within `reach` (m).
     fn is_passed(&self, positions: &[Point], from: [Point; 2], to: [Point; 2], reach: f64) -> bool {
-        let way = ruled(&vec![(0.0, from[0]), (1.0, from[1])], to, f64::INFINITY);
+        let way = ruled(&vec![(0.0, from[0]), (1.0, from[1])], &[to], f64::INFINITY);
         let off = |m: &Mark| {
             let p = positions[m.vertex.index()];
             way.iter()
@@ -341,7 +394,8 @@ impl Tip {
 
     /// How far (m) the blade has moved against the body since it last cut, at most.
     fn moved(&self, positions: &[Point], line: [Point; 2]) -> f64 {
-        let of_ends = [0, 1].map(|k| (line[k] - self.behind[k]).norm());
+        let last = self.passed.last().unwrap_or(&self.behind);
+        let of_ends = [0, 1].map(|k| (line[k] - last[k]).norm());
         let of_fronts = self.fronts.iter().flatten().map(|m| {
             let carried = positions[m.vertex.index()] - m.place;
             (mix(line[0], line[1], m.s) - mix(self.line[0], self.line[1], m.s) - carried).norm()
@@ -445,7 +499,7 @@ impl Tip {
             }
         }
         self.line = line;
-        (self.back, self.lost) = (None, 0.0);
+        (self.back, self.tried, self.lost) = (None, None, 0.0);
         let is_at = |m: &Mark| near(m.vertex).1 <= resolution_of(options) * mesh.local_size(m.vertex);
         self.fronts = apart(fronts, |f| f.windows(2).map(stands).sum(), is_at);
         // without snapping whatever is swept is opened
@@ -453,6 +507,11 @@ impl Tip {
         let far = 0.75 * resolution_of(options).min(0.5) * size;
         if exact || !is_stuck(mesh, tree, positions, &line, far) {
             self.behind = line;
+            self.passed.clear();
+        } else if self.fronts.is_empty() {
+            self.pass(line, SMOOTH * size);
+        } else {
+            self.passed.clear();
         }
         self.distance = self.distance_now(mesh, tree, positions);
     }
@@ -610,33 +669,46 @@ fn mix(a: Point, b: Point, g: f64) -> Point {
     if g == 1.0 { b } else { a + (b - a) * g }
 }
 
-/// Triangles of the surface that straight lines from a start to a line sweep, within `finest` (m) of it.
-fn ruled(start: &Start, line: [Point; 2], finest: f64) -> Vec<[Point; 3]> {
-    let over = |s: f64| mix(line[0], line[1], s);
-    let mut columns: Vec<[Point; 2]> = Vec::new();
-    let mut rows = 1.0_f64;
+/// Triangles of the surface that straight lines from a start over one line after another sweep, within `finest` (m) of it.
+fn ruled(start: &Start, way: &[[Point; 2]], finest: f64) -> Vec<[Point; 3]> {
+    // the places on the way of what starts at a point
+    let through = |p: Point, s: f64| {
+        let over = way.iter().map(move |line| mix(line[0], line[1], s));
+        std::iter::once(p).chain(over).collect::<Vec<Point>>()
+    };
+    let mut columns: Vec<Vec<Point>> = Vec::new();
+    let mut rows = vec![1.0_f64; way.len()];
     for (i, &(s, p)) in start.iter().enumerate() {
+        let column = through(p, s);
         if let Some(&(before, o)) = i.checked_sub(1).map(|k| &start[k]) {
-            let strips = (out_of_plane([o, p, over(s), over(before)]) / finest).sqrt().ceil();
-            let strips = if strips > 1.0 { strips.min(FINEST) } else { 1.0 };
-            rows = rows.max(strips);
-            for k in 1..strips as usize {
-                let g = k as f64 / strips;
-                columns.push([mix(o, p, g), over(before + g * (s - before))]);
+            let beside = through(o, before);
+            let mut most = 1.0_f64;
+            for (k, rows) in rows.iter_mut().enumerate() {
+                let corners = [beside[k], column[k], column[k + 1], beside[k + 1]];
+                let strips = (out_of_plane(corners) / finest).sqrt().ceil();
+                let strips = if strips > 1.0 { strips.min(FINEST) } else { 1.0 };
+                *rows = rows.max(strips);
+                most = most.max(strips);
+            }
+            for k in 1..most as usize {
+                let g = k as f64 / most;
+                columns.push(through(mix(o, p, g), before + g * (s - before)));
             }
         }
-        columns.push([p, over(s)]);
+        columns.push(column);
     }
     let mut out = Vec::new();
     for pair in columns.windows(2) {
-        for k in 0..rows as usize {
-            let [g, h] = [k as f64 / rows, (k + 1) as f64 / rows];
-            let [[a, d], [b, c]] = [0, 1].map(|i| [g, h].map(|g| mix(pair[i][0], pair[i][1], g)));
-            out.extend(if (c - a).norm_squared() <= (d - b).norm_squared() {
-                [[a, b, c], [a, c, d]]
-            } else {
-                [[a, b, d], [b, c, d]]
-            });
+        for (part, &rows) in rows.iter().enumerate() {
+            for k in 0..rows as usize {
+                let ends = [k as f64 / rows, (k + 1) as f64 / rows];
+                let [[a, d], [b, c]] = [0, 1].map(|i| ends.map(|g| mix(pair[i][part], pair[i][part + 1], g)));
+                out.extend(if (c - a).norm_squared() <= (d - b).norm_squared() {
+                    [[a, b, c], [a, c, d]]
+                } else {
+                    [[a, b, d], [b, c, d]]
+                });
+            }
         }
     }
     out

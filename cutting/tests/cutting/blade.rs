@@ -547,3 +547,50 @@ fn fronts_that_branch_fall_apart_or_stay_behind_leave_no_bridge() {
         assert_eq!((all.len(), p.refused), (2, 0), "{by} {place} {method:?} {n}: {all:?}");
     }
 }
+
+#[test]
+fn a_wide_motion_that_opens_next_to_nothing_is_part_of_the_way() {
+    let before = generate::box_tets([1.0, 0.2, 0.2], [15, 3, 3], [0.0; 3]);
+    for (forward, back) in [(0.0, 0.02), (0.02, 0.01), (0.03, 0.01)] {
+        // in askew by a threshold or two, along the beam, and out again
+        let stab = blade(&[
+            (0.0, [0.31, 0.09, 0.5], [0.31 - back, 0.09, 0.21]),
+            (1.0, [0.31, 0.09, 0.4], [0.31 + forward, 0.09, 0.08]),
+            (2.0, [0.61, 0.11, 0.4], [0.61 + forward, 0.11, 0.08]),
+            (3.0, [0.61, 0.11, 0.5], [0.61 + forward, 0.11, 0.21]),
+        ]);
+        let swept = 0.12 * (0.3 + (forward + back) / 2.0);
+        opens_what_it_sweeps(&before, &stab, [3, 10, 30], swept);
+    }
+}
+
+#[test]
+fn a_blade_goes_on_from_a_refused_cut_by_the_way_that_it_came() {
+    let line = |x: f64, y: f64| [Point::new(x, y, -0.2), Point::new(x, y, 1.2)];
+    // in along y, then across x
+    let [from, turn, to] = [line(0.31, -0.2), line(0.32, 0.42), line(0.73, 0.41)];
+    for before in meshes() {
+        for method in [Method::Subdivide, Method::Hybrid] {
+            let progress = || Progress {
+                mesh: before.clone(),
+                tip: Tip::new(from),
+                area: 0.0,
+                tip_distance: 0.0,
+                refused: 0,
+            };
+            let mut whole = progress();
+            go_on(&mut whole, turn, method, false);
+            go_on(&mut whole, to, method, true);
+            let mut refused = progress();
+            let positions = before.rest_positions().to_vec();
+            let tree = BoxTree::of_cells(&before, &positions);
+            let sweep = (refused.tip).sweep_to(&before, &tree, &positions, turn, &options(method), false);
+            assert!(!sweep.is_empty());
+            go_on(&mut refused, to, method, true);
+            println!("{method:?}: {} and {}", refused.area, whole.area);
+            // the crease of one surface cuts the corner in the cells that it passes; straight on would be half of it
+            let off = (refused.area - whole.area).abs();
+            assert!(off < 0.25 * whole.area, "{method:?}: {off}");
+        }
+    }
+}
