@@ -3,12 +3,13 @@
 //! Operations, one file each: `collapse` (G3, G4, Y5), `swap` (Y8), `smooth` (Y7, Y9), `insert`. Each is accepted only if the
 //! worst cell it touches gets better, so the sorted qualities of the cells rise with each and the process ends; none changes
 //! the topology, moves the front of a cut, a border between materials or conditions, or the volume. `hold` tells what a vertex
-//! must keep to, `link` when an edge may vanish.
+//! must keep to, `link` when an edge may vanish. First of all bad cells that the sheet folds around change sides (`flip`).
 //!
 //! Before a cut opens, its lips are one sheet of facets inside the body. That is when they are improved: a vertex of the sheet
 //! moves on the sweep, and what one part loses the other gains. Afterwards the lips are boundary and stay in their planes.
 
 mod collapse;
+mod flip;
 mod hold;
 mod insert;
 mod link;
@@ -91,6 +92,9 @@ pub(crate) fn run<const N: usize>(
     let mut queue = Queue::default();
     for c in cells {
         queue.look_at(ws, bad, c);
+    }
+    for (_, _, c) in &queue.waiting {
+        flip::flip(ws, limits, *c);
     }
     let (mut looks, most) = (LOOKS * queue.waiting.len(), OPERATIONS * queue.waiting.len());
     let mut done = Done::default();

@@ -279,3 +279,38 @@ fn cells_are_improved_at_rest_and_deformed_at_once() {
         }
     }
 }
+
+/// Y11: cells that a sheet folds around do not become flaps between its lips.
+#[test]
+fn three_cuts_that_cross_leave_no_cell_that_is_bad() {
+    let at = |s: f64| 1.4 * s - 0.2;
+    let wave = |x: f64, y: f64| 0.46 + 0.06 * x - 0.04 * y + 0.03 * (4.0 * x + 1.0).sin() * (3.0 * y).cos();
+    let sweeps = [
+        surface(10, |s, t| Point::new(at(s), at(t), wave(at(s), at(t)))),
+        surface(6, |s, t| Point::new(0.53 + 0.05 * (3.0 * at(t)).sin(), at(s), at(t))),
+        surface(1, |s, t| Point::new(at(s), at(t), 0.9 * at(t) - 0.12 * at(s) + 0.13)),
+    ];
+    for cells in [[5, 5, 5], [6, 5, 4], [4, 4, 4]] {
+        let cube = generate::box_tets([1.0; 3], cells, [0.0; 3]);
+        let noise = |i: usize, axis: usize| ((12.9898 * (3 * i + axis) as f64).sin() * 43758.5453).fract();
+        let place = |v: VertexId| match cube.is_boundary_vertex(v) {
+            true => cube.rest_position(v),
+            false => cube.rest_position(v) + Point::from_fn(|k, _| 0.2 * noise(v.index(), k) / cells[k] as f64),
+        };
+        let places = cube.vertex_ids().map(place).collect();
+        let corners = cube.cell_ids().map(|c| cube.cell(c).map(|v| v.index())).collect();
+        let shaken = TetMesh::new(places, corners).unwrap();
+        for method in [Method::Hybrid, Method::Collapse, Method::Merge] {
+            let mut mesh = shaken.clone();
+            for sweep in &sweeps {
+                let before = mesh.clone();
+                let outcome = cut_rest(&mut mesh, sweep, method);
+                check_cut(&before, &mesh, &outcome).unwrap();
+            }
+            let aspect = |c: CellId| quality::edge_over_inradius(&mesh.cell_rest_positions(c));
+            let worst = mesh.cell_ids().map(aspect).fold(0.0, f64::max);
+            println!("{cells:?} {method:?}: worst {worst:.1}, {} pieces", mesh.pieces().1);
+            assert!(worst < 40.0 && mesh.pieces().1 == 8, "{cells:?} {method:?}: {worst}");
+        }
+    }
+}
