@@ -75,6 +75,15 @@ pub enum Refusal {
         /// Third coordinate.
         z: f64,
     },
+    /// Ever more vertices would have to come in, as where a sweep crosses itself many times inside one cell and nothing may be
+    /// snapped.
+    #[error(
+        "the sweep would break cells near it into more than {most}; a sweep that does not cross itself, or a larger snap, may do"
+    )]
+    Crumbles {
+        /// So many cells may come of those near the sweep.
+        most: usize,
+    },
 }
 
 /// How the mesh is made to follow the sweep.
@@ -341,6 +350,11 @@ pub fn improve<const N: usize>(
 /// nearly all there is to do.
 const PASSES: usize = 12;
 
+/// Cells that may come of each cell near the sweep and of each triangle of the sweep, and how many in any case, before a cut is
+/// refused. Splitting a cell gives nine at most; passes and curved sweeps add to that.
+const PIECES_OF_A_CELL: usize = 100;
+const LEAST_MOST: usize = 1000;
+
 /// Rounds over the pieces until none opens anything: a piece that takes vertices from an earlier one leaves that to be cut
 /// again.
 const ROUNDS: usize = 4;
@@ -379,6 +393,9 @@ fn cut_by_piece<const N: usize>(
         ws.exact.clear();
         report.tree_nodes += region::find(ws, tree, piece);
         report.find_seconds += start.elapsed().as_secs_f64();
+        if round == 0 {
+            ws.most_cells = PIECES_OF_A_CELL * (ws.region.len() + piece.triangles().len()) + LEAST_MOST;
+        }
         let start = Instant::now();
         let improving = report.improve_seconds;
         let goes_on = pass(ws, piece, sweep, options, report)?;
@@ -421,6 +438,9 @@ fn pass<const N: usize>(
             sheet::take_present(ws, piece, snap);
             sheet::open(ws, piece, Rule::SnapAlways, snap);
         }
+    }
+    if ws.crumbles() {
+        return Err(Refusal::Crumbles { most: ws.most_cells });
     }
     if !mark(ws, piece, snap, sweep.splinter())? {
         ws.restore(save);

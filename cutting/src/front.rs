@@ -35,6 +35,9 @@ pub(crate) fn place<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, sn
         }
         snap_corners(ws, piece, &found, snap);
         for piercing in &found {
+            if ws.crumbles() {
+                return;
+            }
             // it may have been split meanwhile
             if !split::cells_with(ws, piercing.corners).is_empty() && !served(ws, piercing, snap) {
                 insert(ws, piercing, snap);

@@ -53,7 +53,7 @@ const ROUNDS: usize = 4;
 pub(crate) fn open<const N: usize>(ws: &mut Workspace<'_, N>, piece: &Piece, rule: Rule, present: f64) {
     for _ in 0..ROUNDS {
         let hits = crossed_edges(ws, piece, rule, present);
-        if hits.is_empty() {
+        if hits.is_empty() || ws.crumbles() {
             return;
         }
         let chosen = choose_cut_vertices(ws, piece, &hits, rule);

@@ -19,6 +19,8 @@ pub(crate) struct Workspace<'a, const N: usize> {
     pub(crate) exact: BTreeSet<VertexId>,
     /// The sheet: facets that the cut is about to open.
     pub(crate) sheet: HashSet<FacetKey>,
+    /// So many cells may the region come to have.
+    pub(crate) most_cells: usize,
     /// Cells that reach beyond the one they inherit from.
     grown: BTreeSet<CellId>,
     positions: &'a [Point],
@@ -55,6 +57,7 @@ impl<'a, const N: usize> Workspace<'a, N> {
             on: BTreeSet::new(),
             exact: BTreeSet::new(),
             sheet: HashSet::new(),
+            most_cells: usize::MAX,
             grown: BTreeSet::new(),
             positions,
             borders,
@@ -62,6 +65,11 @@ impl<'a, const N: usize> Workspace<'a, N> {
             descendants: HashMap::new(),
             journal: Vec::new(),
         }
+    }
+
+    /// Whether the region has more cells than it may have.
+    pub(crate) fn crumbles(&self) -> bool {
+        self.region.len() > self.most_cells
     }
 
     pub(crate) fn mesh(&self) -> &SimplexMesh<N> {

@@ -266,3 +266,9 @@ fn seeds_that_failed() {
         }
     }
 }
+
+/// Eight triangles that cross each other inside one cell: without a bound they were resolved into 95,000 cells, for minutes.
+#[test]
+fn a_sweep_that_would_crumble_a_cell_is_refused() {
+    assert_eq!(attempt(2_039_551).as_deref(), Ok("Crumbles"));
+}

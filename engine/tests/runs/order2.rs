@@ -51,7 +51,11 @@ fn a_cut_of_a_moving_body_keeps_what_it_must() {
                 record.mass_change_relative.abs() < 1e-12 && record.momentum_change_relative < 1e-12,
                 "{record:?}"
             );
-            assert!(record.velocity_correction < 0.05 * scale, "{} of {scale}", record.velocity_correction);
+            assert!(
+                record.velocity_correction < 0.05 * scale,
+                "{} of {scale}",
+                record.velocity_correction
+            );
             let verified = s.verification().unwrap();
             assert_eq!(verified.invariants, "ok", "{method:?} {frame:?}");
             assert_eq!(verified.stiffness_max_relative_difference, 0.0);
