@@ -21,7 +21,7 @@ import numpy as np
 import pyvista
 from scipy.io import mmread
 from scipy.sparse import diags
-from skfem import Basis, BilinearForm, ElementTetP1, ElementVector, MeshTet, asm
+from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet, asm, condense, solve
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -95,6 +95,49 @@ def check_system(folder, dt):
     else:
         least = (tangent - lumped(mesh) / dt**2).diagonal().min()
         check("%s: K_tangent holds the mass over dt squared and more" % folder.name, least > 0)
+
+
+def check_order_2(kerfem, folder):
+    """A cut cantilever of order 2 against quadratic elements of scikit-fem on the mesh of the result."""
+    scene = (HERE / "references" / "cut_plane.toml").read_text().replace("[model]", "[model]\norder = 2")
+    folder.mkdir(exist_ok=True)
+    path = folder / "order2.toml"
+    path.write_text(scene.replace('"cut_plane.obj"', json.dumps(str(HERE / "references" / "cut_plane.obj"))))
+    run(kerfem, "run", path, "-o", folder, "--verify", "--export-system", "--quiet")
+    grid = meshio.read(folder / "final.vtu")
+    cells = grid.cells_dict["tetra10"]
+    corners, numbers = np.unique(cells[:, :4], return_inverse=True)
+    mesh = MeshTet(np.ascontiguousarray(grid.points[corners].T), np.ascontiguousarray(numbers.reshape(-1, 4).T))
+    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=4)
+    ends = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
+    middles = {tuple(sorted(edge)): v for row, own in zip(numbers.reshape(-1, 4), cells) for edge, v in zip(row[ends], own[4:])}
+    edges = np.array([middles[tuple(sorted(edge))] for edge in mesh.edges.T])
+    vertex = np.empty(basis.N, dtype=int)  # the vertex of final.vtu of each of scikit-fem's dofs
+    vertex[basis.nodal_dofs], vertex[basis.edge_dofs] = corners, edges
+    axis = np.empty(basis.N, dtype=int)
+    axis[basis.nodal_dofs], axis[basis.edge_dofs] = np.arange(3)[:, None], np.arange(3)[:, None]
+    order = 3 * vertex + axis
+    middle = (grid.points[corners][mesh.edges[0]] + grid.points[corners][mesh.edges[1]]) / 2
+    check("order 2: mid-edge vertices lie in the middle", relative(grid.points[edges], middle) < 1e-14, "%d edges" % len(edges))
+
+    stiffness = asm(linear_elasticity(*lame_parameters(YOUNG, POISSON)), basis)
+    mass = asm(BilinearForm(lambda u, v, w: DENSITY * dot(u, v)), basis)
+    for name, exact in (("K", stiffness), ("M", mass)):
+        error = relative(mmread(folder / "system" / (name + ".mtx")).tocsr()[order][:, order], exact)
+        check("order 2: %s equals scikit-fem's" % name, error < 1e-12, "to %.1e" % error)
+    load = asm(LinearForm(lambda v, w: -9.81 * DENSITY * v[2]), basis)
+    end = mesh.facets_satisfying(lambda x: x[0] > 4 - 1e-9, boundaries_only=True)
+    traction = LinearForm(lambda v, w: 300 * v[0] + 40 * v[1] - 150 * v[2])
+    load += asm(traction, FacetBasis(mesh, basis.elem, facets=end, intorder=4))
+    error = relative(np.asarray(mmread(folder / "system" / "f.mtx")).ravel()[order], load)
+    check("order 2: f is gravity and traction", error < 1e-12, "to %.1e" % error)
+    held = np.flatnonzero(grid.points[vertex][:, 0] < 1e-9)
+    u = solve(*condense(stiffness, load, D=held))
+    error = relative(grid.point_data["displacement"].ravel()[order], u)
+    check("order 2: the displacements of a cut body equal scikit-fem's", error < 1e-9, "to %.1e" % error)
+    verify = json.loads((folder / "report.json").read_text())["verify"]
+    check("order 2: --verify", verify["invariants"] == "ok" and verify["stiffness_max_relative_difference"] == 0, verify["invariants"])
+    pyvista.read(folder / "final.vtu")
 
 
 def lumped(mesh):
@@ -338,6 +381,7 @@ def main():
             check_system(folder / "results", DT)
             run(kerfem, "run", HERE / "references" / "cut_plane.toml", "-o", folder / "cut_plane", "--verify", "--export-system", "--quiet")
             check_system(folder / "cut_plane", None)
+            check_order_2(kerfem, folder / "order2")
             check_command(kerfem, folder)
             check_threads(kerfem, folder)
             check_cases(kerfem, folder)
