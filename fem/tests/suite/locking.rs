@@ -329,7 +329,7 @@ fn bend<const N: usize>(
         .collect();
     let (mut f, mut u) = (vec![0.0; fixed.len()], vec![0.0; fixed.len()]);
     let traction = if N == 3 { [0.0, -1.0, 0.0] } else { [0.0, 0.0, -1.0] };
-    load::add_traction(mesh, end, |_| traction, &mut f);
+    load::add_traction(mesh, a, end, |_| traction, &mut f);
     let mut solver = LinearSolver::new(solver);
     solver.set_positions(points.iter().map(|p| (*p).into()));
     let info = solver.solve(a.stiffness(), &fixed, &f, &mut u).unwrap();
