@@ -152,7 +152,7 @@ impl<const N: usize> Midpoints<N> {
     pub fn follow(&mut self, mesh: &mut SimplexMesh<N>, change: MeshChange<N>) -> MeshChange<N> {
         let old = OldCells::of(mesh, &change);
         for c in &change.cells_removed {
-            for v in self.of_cell[c.id.index()][..Self::EDGES].to_vec() {
+            for v in &self.of_cell[c.id.index()][..Self::EDGES] {
                 self.cells[v.index()].retain(|other| *other != c.id);
             }
         }
