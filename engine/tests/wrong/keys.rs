@@ -376,7 +376,7 @@ pub(crate) const KEYS: &[Row] = &[
         "[time]",
         "[model]\norder = 3\n[time]",
         "scene.toml:13: model.order",
-        &["3 is not available", "accepted: 1"],
+        &["3 is not accepted; accepted: 1, 2", "accepted: 1"],
     ),
     (
         "order 0",
