@@ -61,6 +61,7 @@ mod scene;
 mod selections;
 mod simulation;
 mod state;
+mod stress_intensity;
 mod supports;
 
 pub use choices::Choices;

@@ -6,6 +6,7 @@ use kerfem_mesh::{FacetSide, Point, VertexId};
 
 use crate::jump::jump;
 use crate::probes::locate;
+use crate::stress_intensity::stress_intensity;
 use crate::{Axis, Component, EngineError, QuantitySpec, Simulation};
 
 impl<const N: usize> Simulation<N> {
@@ -28,7 +29,7 @@ impl<const N: usize> Simulation<N> {
                 if locate(&self.mesh, &p, self.mesh.cell_ids()).is_none() {
                     return fail("point", format!("({}, {}, {}) does not lie in the mesh", p.x, p.y, p.z));
                 }
-            } else if q.jump.is_some() {
+            } else if q.jump.is_some() || q.stress_intensity.is_some() {
                 // a cut to come may open there
             } else if q.mean.is_some() {
                 if self.facets_of(q).next().is_none() {
@@ -85,6 +86,9 @@ impl<const N: usize> Simulation<N> {
         }
         if let Some(axis) = q.reaction {
             return self.reaction(axis, q);
+        }
+        if let Some(crack) = &q.stress_intensity {
+            return stress_intensity(&self.mesh, &self.assembler, &self.state.u, crack);
         }
         Some(self.energies.elastic)
     }

@@ -6,7 +6,7 @@ use kerfem_fem::Material;
 
 use super::{
     Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MassKind, MaterialSpec, NodalForces, QuantitySpec,
-    Scene, Scheme,
+    Scene, Scheme, StressIntensitySpec,
 };
 use crate::EngineError;
 
@@ -456,6 +456,7 @@ impl Scene {
                 ("jump", q.jump.is_some()),
                 ("energy", q.energy.is_some()),
                 ("reaction", q.reaction.is_some()),
+                ("KI", q.stress_intensity.is_some()),
             ];
             self.exactly_one("quantity", i, &kinds)?;
             if q.name.is_empty() || !names.insert(&q.name) {
@@ -486,9 +487,28 @@ impl Scene {
                     return self.fail("quantity", i, "jump", message);
                 }
             }
+            if let Some(crack) = &q.stress_intensity {
+                self.check_crack(i, crack)?;
+            }
             self.check_other_keys(i, q)?;
         }
         Ok(())
+    }
+
+    fn check_crack(&self, i: usize, crack: &StressIntensitySpec) -> Checked {
+        self.finite("quantity", i, "KI", &crack.front.0)?;
+        self.finite("quantity", i, "KI", &crack.normal.0)?;
+        if crack.normal.0.iter().all(|n| *n == 0.0) {
+            let message = "normal = 0 has no direction; a vector across the crack is needed";
+            return self.fail("quantity", i, "KI", message);
+        }
+        match crack.radii {
+            Some([inner, outer]) if !(0.0 < inner && inner < outer && outer.is_finite()) => {
+                let message = format!("radii = [{inner}, {outer}] is not accepted; 0 < inner < outer is needed");
+                self.fail("quantity", i, "KI", message)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Keys that say nothing about the kind of a quantity.
@@ -509,7 +529,8 @@ impl Scene {
                 "it belongs to \"point\" and \"jump\", none of which is given",
             );
         }
-        if q.r#where.is_some() && (q.point.is_some() || q.jump.is_some() || q.energy.is_some()) {
+        let by_place = q.point.is_some() || q.jump.is_some() || q.stress_intensity.is_some();
+        if q.r#where.is_some() && (by_place || q.energy.is_some()) {
             let message = "it belongs to \"mean\", \"max\", \"min\", \"reaction\", none of which is given";
             return self.fail("quantity", i, "where", message);
         }

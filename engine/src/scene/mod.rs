@@ -569,7 +569,7 @@ pub struct ProbeSpec {
     pub point: Components<f64>,
 }
 
-/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `jump`, `energy`, `reaction`.
+/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `jump`, `energy`, `reaction`, `KI`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -592,6 +592,9 @@ pub struct QuantitySpec {
     pub energy: Option<bool>,
     /// Sum of the reaction forces (N) along an axis over the fixed vertices of `where`.
     pub reaction: Option<Axis>,
+    /// Stress intensity factor of a crack in opening mode (Pa sqrt(m)), by the opening of its lips; no value where no crack ends.
+    #[serde(rename = "KI")]
+    pub stress_intensity: Option<StressIntensitySpec>,
     /// Where it is taken.
     pub r#where: Option<Condition>,
 }
@@ -605,6 +608,20 @@ pub struct JumpSpec {
     pub at: Components<f64>,
     /// Across the cut, of any length; lips face along it within 60 degrees.
     pub normal: Components<f64>,
+}
+
+/// Where a crack ends. Plane strain is assumed along its front; a planar mesh knows better.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct StressIntensitySpec {
+    /// A rest position on the front of the crack (m).
+    pub front: Components<f64>,
+    /// Across the crack, of any length.
+    pub normal: Components<f64>,
+    /// The smallest and the largest distance behind the front at which the opening is taken (m); default 2 and 5 mean edges of the
+    /// cell at the front.
+    pub radii: Option<[f64; 2]>,
 }
 
 /// A component of the displacement.

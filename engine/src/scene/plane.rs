@@ -126,6 +126,10 @@ impl Scene {
             if let Some(point) = &q.point {
                 self.check_in_plane("quantity", i, "point", &point.0, dimension)?;
             }
+            if let Some(crack) = &q.stress_intensity {
+                self.check_in_plane("quantity", i, "KI", &crack.front.0, dimension)?;
+                self.check_in_plane("quantity", i, "KI", &crack.normal.0, dimension)?;
+            }
             if let Some(jump) = &q.jump {
                 self.check_in_plane("quantity", i, "jump", &jump.at.0, dimension)?;
                 self.check_in_plane("quantity", i, "jump", &jump.normal.0, dimension)?;

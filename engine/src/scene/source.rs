@@ -23,7 +23,7 @@ const SHOWN: usize = 60;
 const LIST_NEEDED: &str = "a list is needed";
 
 /// Names that the format knows and this version does not run.
-const NOT_YET: [&str; 3] = ["delaunay", "path", "KI"];
+const NOT_YET: [&str; 2] = ["delaunay", "path"];
 
 /// The text of a scene file.
 ///

@@ -332,12 +332,28 @@ fn message_with_mesh(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn stress_intensities_are_not_available_yet() {
-    let quantity = "[[quantity]]\nname = \"q\"\nKI = { front = [1, 0, 0], normal = [0, 0, 1] }\n[time]";
-    let found = message("[time]", quantity);
-    let wanted = "s.toml:14: quantity.KI: \"KI\" is not available yet; accepted: \"name\", \"mean\", \"max\", \"min\", \"point\", \
-        \"jump\", \"component\", \"energy\", \"reaction\", \"where\"";
-    assert_eq!(found, wanted);
+fn stress_intensities_need_a_front_and_a_direction() {
+    for (crack, wanted) in [
+        (
+            "front = [1, 0, 0], normal = [0, 0, 0]",
+            "quantity.KI: normal = 0 has no direction",
+        ),
+        ("front = [1, 0, 0]", "the key \"normal\" is missing"),
+        (
+            "front = [1, 0, 0], normal = [0, 0, 1], radii = [0.2, 0.1]",
+            "0 < inner < outer is needed",
+        ),
+        (
+            "front = [1, 0, 0], normal = [0, 0, 1], radius = 1",
+            "did you mean \"radii\"?",
+        ),
+    ] {
+        let found = message(
+            "[time]",
+            &format!("[[quantity]]\nname = \"q\"\nKI = {{ {crack} }}\n[time]"),
+        );
+        assert!(found.contains(wanted), "{crack}: {found}");
+    }
 }
 
 #[test]
