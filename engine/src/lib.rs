@@ -34,6 +34,7 @@ mod advance;
 mod audit;
 mod blades;
 pub mod book;
+pub mod chart;
 mod choices;
 mod conditions;
 mod cutter;
@@ -62,6 +63,7 @@ mod selections;
 mod simulation;
 mod state;
 mod stress_intensity;
+pub mod study;
 mod supports;
 
 pub use choices::Choices;

@@ -1,4 +1,4 @@
-//! What can go wrong with a reference or a chart.
+//! What can go wrong with a reference.
 
 use std::path::PathBuf;
 
@@ -38,14 +38,6 @@ pub enum ValidationError {
         name: String,
         /// Why.
         why: String,
-    },
-    /// A chart that cannot be drawn.
-    #[error("{file}: {reason}")]
-    Chart {
-        /// The file, without its ending.
-        file: PathBuf,
-        /// Why.
-        reason: String,
     },
     /// A mesh that cannot be assembled.
     #[error(transparent)]

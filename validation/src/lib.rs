@@ -2,8 +2,7 @@
 //!
 //! [`Reference`] is a solution that scikit-fem found (`validation/references`, made by `make_references.py`);
 //! [`cut_beam`] makes the cuts behind the references named `cut_*`; [`norms`] measures differences, [`conditioning`] what a mesh
-//! asks of solvers and time steps; [`chart`] draws. The comparisons
-//! themselves are the tests of this crate, and `check_results.py` for files that the command writes.
+//! asks of solvers and time steps. The comparisons themselves are the tests of this crate, and `check_results.py` for files that the command writes.
 //!
 //! ```
 //! use kerfem_validation::Reference;
@@ -12,7 +11,6 @@
 //! # Ok::<(), kerfem_validation::ValidationError>(())
 //! ```
 
-pub mod chart;
 pub mod conditioning;
 pub mod cut_beam;
 mod error;

@@ -16,6 +16,7 @@ mod log;
 mod modes;
 mod quality;
 mod run;
+mod study;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -63,6 +64,10 @@ enum Action {
     Cut(CutArguments),
     /// Natural frequencies and modes of a scene at rest, after the cuts that come first
     Modes(ModesArguments),
+    /// Runs a grid of settings of a scene; charts accuracy against time. The same call goes on after an interruption
+    Study(StudyArguments),
+    /// Runs the validation cases: a table of errors and orders; exit 1 if one misses
+    Validate(ValidateArguments),
 }
 
 #[derive(clap::Args)]
@@ -114,6 +119,42 @@ struct ModesArguments {
 }
 
 #[derive(clap::Args)]
+struct StudyArguments {
+    /// The study
+    study: PathBuf,
+    /// Folder of the results [default: out/NAME]
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Runs at a time, of one thread each, at most 1024; times are measured best one at a time
+    #[arg(long, value_name = "N", default_value = "1", value_parser = arguments::threads, allow_hyphen_values = true)]
+    parallel: usize,
+    /// Threads of a run, at most 1024 [default: one a core]
+    #[arg(long, value_parser = arguments::threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+    /// No progress bar, no closing lines
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(clap::Args)]
+struct ValidateArguments {
+    /// Cases by name; all if none is given
+    case: Vec<String>,
+    /// Folder of the results
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Folder of the cases, *.study.toml [default: validation/cases]
+    #[arg(long, value_name = "DIR")]
+    cases: Option<PathBuf>,
+    /// Threads, at most 1024 [default: one a core]
+    #[arg(long, value_parser = arguments::threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+    /// Print nothing
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(clap::Args)]
 struct CutArguments {
     /// A mesh of tetrahedra, or of triangles with z = 0 (.vtu, .vtp, .vtk, .msh, .mesh, .node, .ele)
     mesh: PathBuf,
@@ -156,6 +197,8 @@ impl Command {
             Action::Quality { mesh, json } => quality::quality(&mesh, json),
             Action::Cut(arguments) => cut::cut(&arguments),
             Action::Modes(arguments) => modes::modes(&arguments),
+            Action::Study(arguments) => study::study(&arguments),
+            Action::Validate(arguments) => study::validate_cases(&arguments),
         }
     }
 }

@@ -13,7 +13,7 @@ use super::RunArguments;
 use super::arguments::{bad, start_threads};
 
 /// Exit code after Ctrl-C.
-const INTERRUPTED: u8 = 130;
+pub(super) const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(arguments: &RunArguments, logs: bool) -> Result<u8, EngineError> {
     start_threads(arguments.threads)?;
@@ -103,7 +103,7 @@ fn told(closing: &Closing<'_>) -> String {
 }
 
 /// Set by Ctrl-C and by signals that end a program: the frame is finished and the files are closed first.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, EngineError> {
+pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, EngineError> {
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);
     ctrlc::set_handler(move || seen.store(true, Ordering::Relaxed)).map_err(|e| bad("Ctrl-C", e.to_string()))?;

@@ -16,6 +16,8 @@ pub(super) const POLYGON: i64 = 7;
 pub(super) const TRIANGLE_STRIP: i64 = 6;
 pub(super) const QUAD: i64 = 9;
 pub(super) const TETRA: i64 = 10;
+const TRIANGLE_2: i64 = 22;
+const TETRA_2: i64 = 24;
 
 fn kind_name(kind: i64) -> &'static str {
     match kind {
@@ -30,8 +32,8 @@ fn kind_name(kind: i64) -> &'static str {
         13 => "wedge",
         14 => "pyramid",
         21 => "line of order 2",
-        22 => "triangle of order 2",
-        24 => "tetrahedron of order 2",
+        TRIANGLE_2 => "triangle of order 2",
+        TETRA_2 => "tetrahedron of order 2",
         42 => "polyhedron",
         _ => "cell of another kind",
     }
@@ -77,6 +79,27 @@ impl Grid {
     /// The consecutive pairs of a line's points.
     fn pairs(&self, cell: usize) -> impl Iterator<Item = [usize; 2]> + '_ {
         self.nodes(cell).windows(2).map(|w| [w[0], w[1]])
+    }
+
+    /// The cells by their corners alone: the middles of edges that cells of order 2 have are left without a cell.
+    pub(super) fn by_corners(self) -> Self {
+        let (mut connectivity, mut ends, mut kinds) = (Vec::new(), Vec::new(), Vec::new());
+        for cell in 0..self.kinds.len() {
+            let (kind, count) = match self.kinds[cell] {
+                TRIANGLE_2 => (TRIANGLE, 3),
+                TETRA_2 => (TETRA, 4),
+                kind => (kind, self.nodes(cell).len()),
+            };
+            connectivity.extend(self.nodes(cell).iter().take(count));
+            ends.push(connectivity.len());
+            kinds.push(kind);
+        }
+        Grid {
+            connectivity,
+            ends,
+            kinds,
+            ..self
+        }
     }
 
     /// Tetrahedra, triangles and line segments of a mesh.

@@ -78,6 +78,16 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshData, IoError> {
     parse_file(path, parse)
 }
 
+/// The cells of a result (`.vtu`) by their corners: of cells of order 2 the middles of edges are points without a cell.
+///
+/// # Errors
+/// [`IoError`], in one line.
+pub fn read_result(path: impl AsRef<Path>) -> Result<MeshData, IoError> {
+    parse_file(path.as_ref(), |bytes| {
+        vtu::parse_unstructured(bytes)?.by_corners().into_mesh()
+    })
+}
+
 /// A cutting surface, or line segments that cut a planar mesh. Polygons are cut into triangles that share their first corner
 /// (right for convex ones).
 ///

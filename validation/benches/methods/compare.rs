@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use kerfem_validation::chart::{self, Across, Panel, Series};
+use kerfem_engine::chart::{self, Across, Panel, Series};
 
 use crate::Settings;
 use crate::cases::{bodies, held, sweeps, variants};
@@ -165,10 +165,6 @@ fn panels(rows: &[Row], names: &[String]) -> Vec<Panel> {
         };
         cases.iter().enumerate().map(of_case).collect()
     };
-    let panel = |(title, value): Drawn| Panel {
-        title: title.into(),
-        across: Across::Names(names.to_vec()),
-        series: series(value),
-    };
+    let panel = |(title, value): Drawn| Panel::series(title, Across::Names(names.to_vec()), series(value));
     DRAWN.into_iter().map(panel).collect()
 }

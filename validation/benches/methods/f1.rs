@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use kerfem_cutting::{CutOptions, Method};
+use kerfem_engine::chart::{self, Across, Panel, Series};
 use kerfem_mesh::{Point, generate};
-use kerfem_validation::chart::{self, Across, Panel, Series};
 
 use crate::Settings;
 use crate::cases::{grid, variants};
@@ -64,11 +64,7 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
         solves.push(series(&lines[0]));
         steps.push(series(&lines[1]));
     }
-    let panel = |title: &str, series| Panel {
-        title: title.into(),
-        across: Across::Log("eps".into()),
-        series,
-    };
+    let panel = |title: &str, series| Panel::series(title, Across::Log("eps".into()), series);
     let panels = [
         panel("Jacobi-CG iterations, of uncut", solves),
         panel("stable explicit step, of uncut", steps),

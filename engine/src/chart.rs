@@ -1,4 +1,4 @@
-//! Charts with logarithmic axes, as .svg and .png.
+//! Charts with logarithmic axes, and maps of coloured cells, as .svg and .png.
 
 use std::ops::Range;
 use std::path::Path;
@@ -8,7 +8,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
-use crate::ValidationError;
+use kerfem_mesh::io::IoError;
+
+use crate::EngineError;
 
 /// Pixels of one panel.
 const PANEL: (u32, u32) = (800, 430);
@@ -47,25 +49,64 @@ pub enum Across {
     Names(Vec<String>),
 }
 
-/// One picture in a chart: series over an axis, values on a logarithmic axis upwards.
+/// One picture in a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// What the values are.
     pub title: String,
-    /// What runs along the lower edge.
-    pub across: Across,
     /// What is drawn.
-    pub series: Vec<Series>,
+    pub drawing: Drawing,
+}
+
+/// What a panel shows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drawing {
+    /// Series over what runs along the lower edge, values on a logarithmic axis upwards.
+    Series(Across, Vec<Series>),
+    /// Numbers as coloured cells.
+    Map(Map),
+}
+
+/// Numbers in a table of coloured cells, coloured by their logarithm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// What changes from column to column, and from row to row.
+    pub axes: [String; 2],
+    /// Names of the columns, from the left.
+    pub columns: Vec<String>,
+    /// Names of the rows, from below.
+    pub rows: Vec<String>,
+    /// The numbers, row by row; none is black, as is what is not finite.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Panel {
+    /// Series over an axis.
+    pub fn series(title: impl Into<String>, across: Across, series: Vec<Series>) -> Panel {
+        Panel {
+            title: title.into(),
+            drawing: Drawing::Series(across, series),
+        }
+    }
+
+    fn all_series(&self) -> &[Series] {
+        match &self.drawing {
+            Drawing::Series(_, series) => series,
+            Drawing::Map(_) => &[],
+        }
+    }
 }
 
 /// Writes panels side by side, `columns` in a row, as `PATH.svg` and `PATH.png`; the legend stands below.
 ///
 /// # Errors
-/// [`ValidationError::Chart`] if a file cannot be written.
-pub fn write(path: &Path, panels: &[Panel], columns: usize) -> Result<(), ValidationError> {
-    let failed = |e: String| ValidationError::Chart {
-        file: path.to_owned(),
-        reason: e,
+/// [`EngineError::Write`] if a file cannot be written.
+pub fn write(path: &Path, panels: &[Panel], columns: usize) -> Result<(), EngineError> {
+    let failed = |e: String| {
+        EngineError::Write(IoError::Write {
+            path: path.to_owned(),
+            source: std::io::Error::other(e),
+        })
     };
     let columns = columns.clamp(1, panels.len().max(1));
     let rows = panels.len().div_ceil(columns);
@@ -98,7 +139,7 @@ fn register_the_font() {
 /// The first series of each name.
 fn legend_of(panels: &[Panel]) -> Vec<&Series> {
     let mut out: Vec<&Series> = Vec::new();
-    for s in panels.iter().flat_map(|p| &p.series) {
+    for s in panels.iter().flat_map(Panel::all_series) {
         if !out.iter().any(|o| o.name == s.name) {
             out.push(s);
         }
@@ -146,7 +187,7 @@ fn color(series: &Series) -> RGBColor {
 fn mark<C>(place: C, series: &Series) -> Circle<C, i32> {
     let color = color(series);
     match series.open {
-        true => Circle::new(place, 5, color.stroke_width(2)),
+        true => Circle::new(place, 6, color.stroke_width(2)),
         false => Circle::new(place, 5, color.filled()),
     }
 }
@@ -177,7 +218,11 @@ fn draw_panel<B: DrawingBackend>(
     panel: &Panel,
     legend: &[&Series],
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-    let up = decades(panel.series.iter().flat_map(|s| &s.points).map(|p| p.1)).unwrap_or(0.1..1.0);
+    let (across, series) = match &panel.drawing {
+        Drawing::Series(across, series) => (across, series),
+        Drawing::Map(map) => return draw_map(area, &panel.title, map),
+    };
+    let up = decades(series.iter().flat_map(|s| &s.points).map(|p| p.1)).unwrap_or(0.1..1.0);
     let mut builder = ChartBuilder::on(area);
     builder
         .margin(12)
@@ -185,9 +230,9 @@ fn draw_panel<B: DrawingBackend>(
         .x_label_area_size(42)
         .y_label_area_size(62);
     let grid = RGBColor(225, 225, 225);
-    match &panel.across {
+    match across {
         Across::Log(title) => {
-            let along = decades(panel.series.iter().flat_map(|s| &s.points).map(|p| p.0)).unwrap_or(0.1..1.0);
+            let along = decades(series.iter().flat_map(|s| &s.points).map(|p| p.0)).unwrap_or(0.1..1.0);
             let mut chart = builder.build_cartesian_2d(along.log_scale(), up.log_scale())?;
             chart
                 .configure_mesh()
@@ -198,7 +243,7 @@ fn draw_panel<B: DrawingBackend>(
                 .y_label_formatter(&tick)
                 .label_style(("sans-serif", 15))
                 .draw()?;
-            for s in &panel.series {
+            for s in series {
                 let points: Vec<(f64, f64)> = s.points.iter().copied().filter(|p| shown(p.1)).collect();
                 let width = if s.open { 1 } else { 2 };
                 chart.draw_series([PathElement::new(points.clone(), color(s).stroke_width(width))])?;
@@ -221,7 +266,7 @@ fn draw_panel<B: DrawingBackend>(
                 .y_label_formatter(&tick)
                 .label_style(("sans-serif", 14))
                 .draw()?;
-            for s in &panel.series {
+            for s in series {
                 // side by side, so that equal values do not hide each other
                 let place = legend.iter().position(|l| l.name == s.name).unwrap_or(0);
                 let shift = 0.08 * (place as f64 - (legend.len() as f64 - 1.0) / 2.0);
@@ -229,6 +274,84 @@ fn draw_panel<B: DrawingBackend>(
                 chart.draw_series(points.map(|p| mark(p, s)))?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Dark blue for the smallest of some numbers, yellow for the largest, by their logarithms.
+fn shade(value: f64, range: &Range<f64>) -> RGBColor {
+    const STOPS: [[f64; 3]; 4] = [
+        [48.0, 18.0, 110.0],
+        [33.0, 120.0, 150.0],
+        [110.0, 205.0, 90.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let (low, high) = (range.start.ln(), range.end.ln());
+    let place = if high > low {
+        ((value.ln() - low) / (high - low)).clamp(0.0, 1.0)
+    } else {
+        0.0
+    } * 3.0;
+    let k = (place as usize).min(2);
+    let mixed = |c: usize| STOPS[k][c] + (place - k as f64) * (STOPS[k + 1][c] - STOPS[k][c]);
+    RGBColor(mixed(0) as u8, mixed(1) as u8, mixed(2) as u8)
+}
+
+/// A number in a cell of a map.
+fn short(value: f64) -> String {
+    match value.abs() {
+        v if v != 0.0 && !(0.01..1000.0).contains(&v) => format!("{value:.0e}"),
+        v if v < 10.0 => format!("{value:.2}"),
+        _ => format!("{value:.0}"),
+    }
+}
+
+fn draw_map<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    title: &str,
+    map: &Map,
+) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    let text = |words: &str, place: (i32, i32), size: i32| {
+        area.draw(&Text::new(words.to_owned(), place, ("sans-serif", size)))
+    };
+    let (width, height) = area.dim_in_pixel();
+    let (left, top) = (120, 62);
+    text(title, (left, 10), 19)?;
+    text(&format!("{} (upwards)", map.axes[1]), (12, 38), 15)?;
+    text(&map.axes[0], (left, height as i32 - 26), 15)?;
+    let wide = (width as i32 - left - 16) / map.columns.len().max(1) as i32;
+    let high = (height as i32 - top - 56) / map.rows.len().max(1) as i32;
+    let seen = map.values.iter().flatten().copied().filter(|v| shown(*v));
+    let range = seen.fold(f64::INFINITY..0.0, |r, v| r.start.min(v)..r.end.max(v));
+    for (k, value) in map.values.iter().enumerate() {
+        let (column, row) = ((k % map.columns.len()) as i32, (k / map.columns.len()) as i32);
+        let x = left + column * wide;
+        let y = top + (map.rows.len() as i32 - 1 - row) * high;
+        let color = match value.filter(|v| v.is_finite()) {
+            Some(value) if value > 0.0 => shade(value, &range),
+            Some(_) => shade(range.start, &range),
+            None => RGBColor(20, 20, 20),
+        };
+        area.draw(&Rectangle::new([(x, y), (x + wide - 2, y + high - 2)], color.filled()))?;
+        let words = value.filter(|v| v.is_finite()).map_or("failed".to_owned(), short);
+        let bright = u32::from(color.0) + u32::from(color.1) + u32::from(color.2) > 330;
+        let style = ("sans-serif", 15)
+            .into_font()
+            .color(if bright { &BLACK } else { &WHITE });
+        area.draw(&Text::new(words, (x + 6, y + high / 2 - 8), style))?;
+    }
+    // a letter is about this wide
+    let fitting = |name: &str, pixels: i32| name.chars().take((pixels / 7).max(3) as usize).collect::<String>();
+    for (k, name) in map.columns.iter().enumerate() {
+        text(
+            &fitting(name, wide - 4),
+            (left + k as i32 * wide + 4, height as i32 - 48),
+            14,
+        )?;
+    }
+    for (k, name) in map.rows.iter().enumerate() {
+        let y = top + (map.rows.len() - 1 - k) as i32 * high + high / 2 - 8;
+        text(&fitting(name, left - 16), (12, y), 14)?;
     }
     Ok(())
 }
@@ -251,15 +374,20 @@ mod tests {
             points: vec![(0.0, 3.0), (1.0, 0.0), (1.0, f64::INFINITY)],
         };
         vec![
+            Panel::series(
+                "lines",
+                Across::Log("eps".into()),
+                vec![line("first", 1.0), line("second", 5.0)],
+            ),
+            Panel::series("dots", Across::Names(vec!["this".into(), "that".into()]), vec![dots]),
             Panel {
-                title: "lines".into(),
-                across: Across::Log("eps".into()),
-                series: vec![line("first", 1.0), line("second", 5.0)],
-            },
-            Panel {
-                title: "dots".into(),
-                across: Across::Names(vec!["this".into(), "that".into()]),
-                series: vec![dots],
+                title: "cells".into(),
+                drawing: Drawing::Map(Map {
+                    axes: ["dt".into(), "young".into()],
+                    columns: vec!["a".into(), "b".into()],
+                    rows: vec!["c".into()],
+                    values: vec![Some(12.0), None],
+                }),
             },
         ]
     }
@@ -269,7 +397,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         write(&folder.path().join("chart"), &panels(), 2).unwrap();
         let svg = std::fs::read_to_string(folder.path().join("chart.svg")).unwrap();
-        for word in ["lines", "dots", "first", "second", "this", "that", "eps", "0.01"] {
+        for word in [
+            "lines", "dots", "first", "second", "this", "that", "eps", "0.01", "young", "12", "failed",
+        ] {
             assert!(svg.contains(word), "{word}");
         }
         // six points of lines, one dot that can be shown, two of the legend
