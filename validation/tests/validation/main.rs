@@ -20,6 +20,7 @@ mod numbers;
 mod sweeps;
 
 mod beams;
+mod cases;
 mod clamps;
 mod conditioning;
 mod cut_cantilevers;
