@@ -130,7 +130,7 @@ pub(crate) fn mean_size(mesh: &TetMesh) -> f64 {
 /// Iterations of a static solve and the stable explicit step (s).
 pub(crate) fn mechanics(mesh: &TetMesh, held: impl Fn(Point) -> bool) -> Result<(f64, f64), ValidationError> {
     Ok((
-        conditioning::jacobi_iterations(mesh, held)? as f64,
+        conditioning::jacobi_iterations(mesh, held)?,
         conditioning::stable_step(mesh)?,
     ))
 }
