@@ -100,6 +100,8 @@ pub(crate) struct Equilibrium {
     scale: f64,
     /// Forces were balanced since the mesh changed.
     balanced: bool,
+    /// See [`Self::residuals`].
+    residuals: Vec<f64>,
 }
 
 impl Equilibrium {
@@ -116,6 +118,7 @@ impl Equilibrium {
             offset: Vec::new(),
             scale: 0.0,
             balanced: false,
+            residuals: Vec::with_capacity(MAX_STEPS + 1),
         };
         own.mesh_changed(3 * assembler.lumped_mass().len());
         own
@@ -158,6 +161,12 @@ impl Equilibrium {
         self.balanced
     }
 
+    /// Relative residuals, as in [`Solved::residual`], that Newton's method met in the last solve, in order: that of the start
+    /// unless it has yet to take prescribed displacements along, then one for each step that moved.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
     /// The forces that were balanced were twice what acts: halves [`Self::unbalanced`] and [`Self::force_scale`].
     pub(crate) fn halve(&mut self) {
         self.residual.iter_mut().for_each(|r| *r *= 0.5);
@@ -196,6 +205,7 @@ impl Equilibrium {
         u: &mut [f64],
     ) -> Result<Solved, FemError> {
         let mut done = Solved::default();
+        self.residuals.clear();
         set_positions(body, solver, u);
         let mut tangent = if goal.one_step { Tangent::Warped } else { Tangent::Exact };
         let clock = Instant::now();
@@ -334,7 +344,7 @@ impl Equilibrium {
 
     /// Records the relative residual on the free dofs; whether it is small enough.
     fn is_solved<const N: usize>(
-        &self,
+        &mut self,
         goal: &Goal<'_>,
         u: &[f64],
         mesh: &SimplexMesh<N>,
@@ -343,6 +353,7 @@ impl Equilibrium {
     ) -> bool {
         let size = free_norm(&self.residual, goal.fixed);
         let before = std::mem::replace(&mut done.residual, if scale > 0.0 { size / scale } else { size });
+        self.residuals.push(done.residual);
         let within = done.residual <= goal.tolerance;
         // what rounding allows is costly to tell and of interest only where the residual no longer falls
         let stalls = done.newton_steps > 0 && done.residual > 0.1 * before;

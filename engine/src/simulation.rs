@@ -562,6 +562,13 @@ impl<const N: usize> Simulation<N> {
         self.energies
     }
 
+    /// Relative residuals, as in [`StepInfo::residual`], that Newton's method met in the last step, in order: that of the start,
+    /// unless it had yet to take prescribed displacements along, then one for each Newton step that led somewhere. Of a step that
+    /// took several attempts or stages those of the last; of a semi-implicit step that of the start only.
+    pub fn newton_residuals(&self) -> &[f64] {
+        self.equilibrium.residuals()
+    }
+
     /// What each "auto" chose and why.
     pub fn choices(&self) -> &Choices {
         &self.choices

@@ -8,6 +8,7 @@ mod files;
 mod jump;
 mod locking;
 mod modes;
+mod newton;
 mod nodal_loads;
 mod order2;
 mod planar;
