@@ -13,6 +13,7 @@ mod nodal_loads;
 mod order2;
 mod planar;
 mod planar_cuts;
+mod recovery;
 mod saves;
 mod schemes;
 mod statics;
