@@ -1,9 +1,10 @@
 //! Points whose displacement is followed over time and through cuts.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use kerfem_fem::Assembler;
-use kerfem_mesh::{Barycentric, CellId, MeshChange, Point, SimplexMesh};
+use kerfem_mesh::{CellId, Deepest, MeshChange, Point, SimplexMesh};
 
 use crate::{EngineError, Scene};
 
@@ -128,16 +129,8 @@ pub(crate) fn locate<const N: usize>(
     rest: &Point,
     cells: impl IntoIterator<Item = CellId>,
 ) -> Option<(CellId, [f64; N])> {
-    let mut best: Option<(f64, CellId, [f64; N])> = None;
-    for c in cells {
-        let Some(coordinates) = Barycentric::of(&mesh.cell_rest_positions(c)) else {
-            continue;
-        };
-        let weights = coordinates.at(rest);
-        let inside = weights.into_iter().fold(f64::INFINITY, f64::min);
-        if inside >= -OUTSIDE && best.as_ref().is_none_or(|(b, _, _)| inside > *b) {
-            best = Some((inside, c, weights));
-        }
-    }
-    best.map(|(_, c, w)| (c, w))
+    // of cells that hold it equally well the first
+    let cells = cells.into_iter().map(|c| (Reverse(c), mesh.cell_rest_positions(c)));
+    let deepest = Deepest::of(rest, cells).filter(|d| d.depth >= -OUTSIDE)?;
+    Some((deepest.key.0, deepest.coordinates))
 }

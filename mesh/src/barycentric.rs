@@ -28,3 +28,35 @@ impl<const N: usize> Barycentric<N> {
         std::array::from_fn(|k| all[k])
     }
 }
+
+/// A cell in which a point lies deepest.
+#[derive(Clone, Debug)]
+pub struct Deepest<K, const N: usize> {
+    /// The least of the coordinates: below zero the point lies outside.
+    pub depth: f64,
+    /// Which cell.
+    pub key: K,
+    /// Coordinates of the point in it.
+    pub coordinates: [f64; N],
+}
+
+impl<K: PartialOrd, const N: usize> Deepest<K, N> {
+    /// Among cells with corners at the places given, flat ones left out; of several that are as deep that with the greatest key.
+    pub fn of(point: &Point, cells: impl IntoIterator<Item = (K, [Point; N])>) -> Option<Self> {
+        let mut deepest: Option<Self> = None;
+        for (key, corners) in cells {
+            let Some(coordinates) = Barycentric::of(&corners).map(|b| b.at(point)) else {
+                continue;
+            };
+            let depth = coordinates.into_iter().fold(f64::INFINITY, f64::min);
+            if deepest.as_ref().is_none_or(|d| (depth, &key) > (d.depth, &d.key)) {
+                deepest = Some(Deepest {
+                    depth,
+                    key,
+                    coordinates,
+                });
+            }
+        }
+        deepest
+    }
+}

@@ -29,7 +29,7 @@ pub mod quality;
 mod simplex;
 mod stored;
 
-pub use barycentric::Barycentric;
+pub use barycentric::{Barycentric, Deepest};
 pub use box_tree::{Aabb, BoxTree, TouchedNodes};
 pub use change::{AddedCell, AddedVertex, MeshChange, MovedVertex, RemovedCell, RemovedVertex, Weights};
 pub use edit::{Edit, Mark};

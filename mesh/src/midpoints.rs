@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::{
-    AddedVertex, Barycentric, CellId, Edit, FacetSide, MeshChange, MovedVertex, Point, SimplexMesh, VertexId, Weights,
+    AddedVertex, CellId, Deepest, Edit, FacetSide, MeshChange, MovedVertex, Point, SimplexMesh, VertexId, Weights,
 };
 
 /// Nodes of a quadratic tetrahedron: corners, then mid-edge vertices in the order of [`EDGES`]. A triangle has the corners 0 to
@@ -247,26 +247,10 @@ impl<const N: usize> Midpoints<N> {
             let weight = |v: &VertexId| linear.iter().find(|(p, _)| p == v).map_or(0.0, |(_, w)| *w);
             return self.shape_weights(cell, &cell.corners.each_ref().map(weight));
         }
-        let deepest = |cells: &mut dyn Iterator<Item = &OldCell<N>>| {
-            let mut best: Option<(f64, CellId, [f64; N])> = None;
-            for cell in cells {
-                let Some(coordinates) = Barycentric::of(&cell.rest) else {
-                    continue;
-                };
-                let w = coordinates.at(place);
-                let depth = w.into_iter().fold(f64::INFINITY, f64::min);
-                if best
-                    .as_ref()
-                    .is_none_or(|(other, id, _)| (depth, cell.id.0) > (*other, id.0))
-                {
-                    best = Some((depth, cell.id, w));
-                }
-            }
-            best
-        };
-        let own = deepest(&mut near()).filter(|(depth, _, _)| *depth > -ZERO.sqrt());
-        match own.or_else(|| deepest(&mut old.cells.values())) {
-            Some((_, id, w)) => self.shape_weights(&old.cells[&id], &w),
+        let at_rest = |c: &OldCell<N>| (c.id, c.rest);
+        let own = Deepest::of(place, near().map(at_rest)).filter(|d| d.depth > -ZERO.sqrt());
+        match own.or_else(|| Deepest::of(place, old.cells.values().map(at_rest))) {
+            Some(found) => self.shape_weights(&old.cells[&found.key], &found.coordinates),
             None => linear.clone(),
         }
     }
