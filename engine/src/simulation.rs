@@ -499,7 +499,7 @@ impl<const N: usize> Simulation<N> {
         if outcome.change.is_empty() {
             return Ok(followed);
         }
-        let change = &self.assembler.follow_midpoints(&mut self.mesh, outcome.change.clone());
+        let change = &*self.assembler.follow_midpoints(&mut self.mesh, &outcome.change);
         let old = self.state.apply(&self.mesh, change);
         self.fixed.follow(&self.mesh, self.assembler.midpoints(), change);
         self.loads.follow(&self.mesh, change);
@@ -516,8 +516,8 @@ impl<const N: usize> Simulation<N> {
         self.explicit.follow(&self.mesh, &self.assembler, change);
         followed.rows = touched.rows;
         followed.cells = touched.cells;
+        let inertia = self.inertia();
         let state = &mut self.state;
-        let inertia = momentum::inertia(&self.assembler, self.scene.model.mass);
         followed.correction =
             momentum::restore(&self.mesh, &self.assembler, &inertia, &self.fixed, change, &old, state);
         Ok(followed)

@@ -1,5 +1,6 @@
 //! Stiffness and mass of a mesh, kept current by what a change touches.
 
+use std::borrow::Cow;
 use std::sync::Mutex;
 
 use kerfem_mesh::{CellId, FacetSide, MOST_NODES, MeshChange, Midpoints, SimplexMesh, VertexId, quadratic_shapes};
@@ -364,12 +365,16 @@ impl<const N: usize> Assembler<N> {
     }
 
     /// Brings the mid-edge vertices up to date with a mesh that went through `change`, and returns the change as it is for
-    /// order 2, see [`Midpoints::follow`]. Of order 1, nothing.
+    /// order 2, see [`Midpoints::follow`]. Of order 1 it stays as it is.
     #[must_use]
-    pub fn follow_midpoints(&mut self, mesh: &mut SimplexMesh<N>, change: MeshChange<N>) -> MeshChange<N> {
+    pub fn follow_midpoints<'c>(
+        &mut self,
+        mesh: &mut SimplexMesh<N>,
+        change: &'c MeshChange<N>,
+    ) -> Cow<'c, MeshChange<N>> {
         match &mut self.quadratic {
-            Some(quadratic) => quadratic.midpoints.follow(mesh, change),
-            None => change,
+            Some(quadratic) => Cow::Owned(quadratic.midpoints.follow(mesh, change.clone())),
+            None => Cow::Borrowed(change),
         }
     }
 

@@ -300,7 +300,7 @@ fn updates_equal_a_fresh_assembly_and_carry_quadratic_fields() {
             }
         }
         let change = edit.commit();
-        let change = assembler.follow_midpoints(&mut mesh, change);
+        let change = assembler.follow_midpoints(&mut mesh, &change);
         assembler.update(&mesh, &change).unwrap();
         let verified = assembler.verify(&mesh);
         assert!(verified.pattern_equal, "round {round}");
