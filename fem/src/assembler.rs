@@ -454,9 +454,10 @@ impl<const N: usize> Assembler<N> {
         } else {
             N
         };
+        let lumped_shares = quadratic::lumped_shares::<N>();
         let share = |a: usize, b: usize| match (self.quadratic.is_some(), lumped) {
             _ if a >= nodes || b >= nodes || (lumped && a != b) => 0.0,
-            (true, true) => quadratic::lumped_share::<N>(a),
+            (true, true) => lumped_shares[a],
             (true, false) => quadratic::mass_share::<N>(a, b),
             (false, true) => 1.0 / N as f64,
             (false, false) => f64::from(1 + u8::from(a == b)) / (N * (N + 1)) as f64,

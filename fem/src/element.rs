@@ -39,9 +39,6 @@ impl<const N: usize> Default for Element<N> {
 }
 
 impl<const N: usize> Element<N> {
-    /// Axes along which the element deforms.
-    pub(crate) const AXES: usize = N - 1;
-
     /// The element over rest positions `p` of cell number `cell`, with all of the material's stiffness.
     pub(crate) fn new(cell: u32, p: &[Point; N], material: &Material) -> Result<Self, FemError> {
         let volume = material.volume_of_cell(p);
@@ -57,20 +54,10 @@ impl<const N: usize> Element<N> {
         })
     }
 
-    /// Displacement gradient `H = sum u_a g_a^T = F - I` of corner displacements (m), row-major.
+    /// [`displacement_gradient`] of corner displacements (m).
     #[inline]
     pub(crate) fn displacement_gradient(&self, u: &[Vec3; N]) -> [f64; 9] {
-        let mut h = [0.0; 9];
-        // differences to the first corner: a translation gives exactly zero
-        for b in 1..N {
-            for i in 0..Self::AXES {
-                let d = u[b][i] - u[0][i];
-                for j in 0..Self::AXES {
-                    h[3 * i + j] += d * self.gradients[b][j];
-                }
-            }
-        }
-        h
+        displacement_gradient::<N>(&self.gradients, |b| u[b])
     }
 
     /// Deformation gradient `F`, row-major.
@@ -159,6 +146,25 @@ impl<const N: usize> CornerBlocks<N> {
             if N == 3 { 0.0 } else { l[2] * g[2] + m[2] * g[2] + d },
         ]
     }
+}
+
+/// Displacement gradient `H = sum u_a g_a^T = F - I`, row-major, of nodes with gradients `g` (1/m) that add up to zero and
+/// displacements `u` (m); in the plane for cells of three corners.
+#[inline(always)]
+pub(crate) fn displacement_gradient<const N: usize>(gradients: &[Vec3], u: impl Fn(usize) -> Vec3) -> [f64; 9] {
+    let mut h = [0.0; 9];
+    // differences to the first node: a translation gives exactly zero
+    let origin = u(0);
+    for b in 1..gradients.len() {
+        let u = u(b);
+        for i in 0..N - 1 {
+            let d = u[i] - origin[i];
+            for j in 0..N - 1 {
+                h[3 * i + j] += d * gradients[b][j];
+            }
+        }
+    }
+    h
 }
 
 /// Gradients (1/m) of the shape functions; in the plane for a triangle.

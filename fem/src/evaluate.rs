@@ -11,7 +11,7 @@ use crate::parallel::{BATCH, for_each_batch, for_each_batch_of_two, for_each_slo
 use crate::patch::{Patch, PatchState, patches_around};
 use crate::rotation::rotations_of_cells;
 use crate::rows::{add_patches_to_row, cells_of_row, corner_of, corner_values, tangent_row};
-use crate::small::{IDENTITY, add};
+use crate::small::{Block, IDENTITY, add};
 use crate::{Assembler, BlockMatrix, Plane, quadratic};
 
 /// How strain is measured.
@@ -189,23 +189,10 @@ impl<const N: usize> Assembler<N> {
             }
             (Model::Corotated, Some(order2)) => {
                 let (elements, scale) = (&self.elements, scales.stiffness);
+                let (u, force) = (self.as_vectors(u), force.map(|f| self.as_vectors_mut(f)));
                 let scratch = &mut self.scratch().quadratic;
-                order2.fill_tangent(
-                    mesh,
-                    elements,
-                    tangent,
-                    self.as_vectors(u),
-                    scale,
-                    scratch,
-                    out,
-                    |i, cols, row| {
-                        self.add_mass(i, cols, scales.mass, row);
-                    },
-                );
-                if let Some(force) = force {
-                    let (u, force) = (self.as_vectors(u), self.as_vectors_mut(force));
-                    order2.internal_force(mesh, elements, model, u, scratch, force);
-                }
+                let finish = |i: usize, cols: &[u32], row: &mut [Block]| self.add_mass(i, cols, scales.mass, row);
+                order2.linearize(mesh, elements, tangent, u, scale, scratch, out, force, finish);
             }
             (Model::Corotated, None) => self.linearize_corotated(mesh, tangent, u, scales, out, force),
         }

@@ -6,7 +6,7 @@
 use kerfem_mesh::{CellId, SimplexMesh};
 
 use crate::corotated::{self, TwistBlocks, twists_of_cells};
-use crate::element::{CornerBlocks, Element, Vec3};
+use crate::element::{CornerBlocks, Element, Vec3, displacement_gradient};
 use crate::evaluate::{Model, Tangent};
 use crate::locking::{Locking, law_of_patches};
 use crate::material::{Lame, Material};
@@ -106,18 +106,7 @@ impl<const N: usize> Patch<N> {
     /// Displacement gradient, row-major, at displacements `u` (m) of all vertices.
     #[inline]
     fn displacement_gradient(&self, u: &[Vec3]) -> Block {
-        let mut h = [0.0; 9];
-        // differences to one vertex: a translation gives exactly zero
-        let origin = &u[self.vertices[0] as usize];
-        for (v, g) in self.vertices.iter().zip(&self.gradients) {
-            let u = &u[*v as usize];
-            for i in 0..Element::<N>::AXES {
-                for j in 0..Element::<N>::AXES {
-                    h[3 * i + j] += (u[i] - origin[i]) * g[j];
-                }
-            }
-        }
-        h
+        displacement_gradient::<N>(&self.gradients, |b| u[self.vertices[b] as usize])
     }
 
     /// Deformation gradient and its rotation, row-major.

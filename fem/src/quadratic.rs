@@ -13,11 +13,12 @@ use kerfem_mesh::{CellId, EDGES, MOST_NODES, Midpoints, SimplexMesh, VertexId};
 use nalgebra::DMatrix;
 
 use crate::corotated::{self, CellTangent};
-use crate::element::{Element, Vec3};
+use crate::element::{Element, Vec3, displacement_gradient};
 use crate::evaluate::Tangent;
-use crate::parallel::for_each_slot;
+use crate::parallel::{for_each_batch_of_two, for_each_slot};
 use crate::pattern::Pattern;
 use crate::rotation::rotations_of_cells;
+use crate::rows::each_once;
 use crate::small::{Block, IDENTITY, add};
 use crate::{BlockMatrix, FemError, Model};
 
@@ -76,20 +77,12 @@ impl<const N: usize> Quadratic<N> {
 
     /// Columns of the row of a node, ascending.
     pub(crate) fn row_pattern(&self, mesh: &SimplexMesh<N>, i: u32) -> Result<Vec<u32>, FemError> {
-        let mut cols = Vec::new();
+        let mut columns = Vec::new();
         for &c in self.cells_of_row(mesh, i as usize) {
             let nodes = self.midpoints.nodes(mesh, c);
-            cols.extend(nodes[..Self::NODES].iter().map(|v| v.0));
+            columns.extend(nodes[..Self::NODES].iter().map(|v| v.0));
         }
-        cols.sort_unstable();
-        cols.dedup();
-        match cols.len() <= usize::from(u16::MAX) {
-            true => Ok(cols),
-            false => Err(FemError::TooManyNeighbors {
-                vertex: i,
-                count: cols.len(),
-            }),
-        }
+        each_once(i, columns)
     }
 
     /// Finds the places of the blocks of all cells.
@@ -178,7 +171,8 @@ impl<const N: usize> Quadratic<N> {
     }
 
     pub(crate) fn lumped_mass(&self, mesh: &SimplexMesh<N>, elements: &[Element<N>], i: usize) -> f64 {
-        let share = |c: &CellId| elements[c.index()].mass * lumped_share::<N>(self.node_of(mesh, *c, i));
+        let shares = lumped_shares::<N>();
+        let share = |c: &CellId| elements[c.index()].mass * shares[self.node_of(mesh, *c, i)];
         self.cells_of_row(mesh, i).iter().map(share).sum()
     }
 
@@ -193,12 +187,9 @@ impl<const N: usize> Quadratic<N> {
     ) -> f64 {
         let energies = &mut scratch.energies;
         energies.resize(elements.len(), 0.0);
-        for_each_slot(energies, |c, energy| {
-            let c = CellId(c as u32);
-            *energy = match mesh.has_cell(c) {
-                true => CellState::of(&elements[c.index()], model, &self.values(mesh, c, u)).energy(model),
-                false => 0.0,
-            };
+        for_each_slot(energies, |slot, energy| {
+            let state = self.state(mesh, elements, model, slot, u);
+            *energy = state.map_or(0.0, |state| state.energy(model));
         });
         energies.iter().sum()
     }
@@ -215,18 +206,18 @@ impl<const N: usize> Quadratic<N> {
     ) {
         let forces = &mut scratch.forces;
         forces.resize(elements.len(), Nodal::default());
-        for_each_slot(forces, |c, forces| {
-            let c = CellId(c as u32);
-            if mesh.has_cell(c) {
-                *forces = CellState::of(&elements[c.index()], model, &self.values(mesh, c, u)).forces(model);
+        for_each_slot(forces, |slot, forces| {
+            if let Some(state) = self.state(mesh, elements, model, slot, u) {
+                *forces = state.forces(model);
             }
         });
         self.gather(mesh, forces, f);
     }
 
-    /// Rows of `scale` times the tangent of the corotated model, each followed by `finish`.
+    /// Rows of `scale` times the tangent of the corotated model, each followed by `finish`; and `force`, if given, as
+    /// [`Self::internal_force`].
     #[allow(clippy::too_many_arguments)]
-    pub(crate) fn fill_tangent(
+    pub(crate) fn linearize(
         &self,
         mesh: &SimplexMesh<N>,
         elements: &[Element<N>],
@@ -235,22 +226,46 @@ impl<const N: usize> Quadratic<N> {
         scale: f64,
         scratch: &mut Scratch<N>,
         out: &mut BlockMatrix,
+        force: Option<&mut [Vec3]>,
         finish: impl Fn(usize, &[u32], &mut [Block]) + Sync + Send,
     ) {
-        let tangents = &mut scratch.tangents;
+        let Scratch { tangents, forces, .. } = scratch;
         tangents.resize(elements.len(), [CellTangent::default(); N]);
-        for_each_slot(tangents, |c, tangents| {
-            let c = CellId(c as u32);
-            if mesh.has_cell(c) {
-                let state = CellState::of(&elements[c.index()], Model::Corotated, &self.values(mesh, c, u));
-                *tangents = state.tangents(&elements[c.index()], tangent, scale);
+        forces.resize(elements.len(), Nodal::default());
+        let (model, with_force) = (Model::Corotated, force.is_some());
+        for_each_batch_of_two(tangents, forces, |first, tangents, forces| {
+            for (l, (tangents, forces)) in tangents.iter_mut().zip(forces).enumerate() {
+                if let Some(state) = self.state(mesh, elements, model, first + l, u) {
+                    *tangents = state.tangents(tangent, scale);
+                    if with_force {
+                        *forces = state.forces(model);
+                    }
+                }
             }
         });
+        if let Some(force) = force {
+            self.gather(mesh, forces, force);
+        }
         let tangents = &*tangents;
         out.pattern.for_each_row(&mut out.values, |i, cols, row| {
             self.tangent_row(mesh, tangents, tangent, i, row);
             finish(i, cols, row);
         });
+    }
+
+    /// What the points of the cell in a slot have to say at displacements `u` (m); none of an empty slot.
+    #[inline]
+    fn state(
+        &self,
+        mesh: &SimplexMesh<N>,
+        elements: &[Element<N>],
+        model: Model,
+        slot: usize,
+        u: &[Vec3],
+    ) -> Option<CellState<N>> {
+        let c = CellId(slot as u32);
+        let of_cell = || CellState::of(&elements[slot], model, &self.values(mesh, c, u));
+        mesh.has_cell(c).then(of_cell)
     }
 
     /// Displacement gradient in the middle of a cell, row-major.
@@ -261,7 +276,7 @@ impl<const N: usize> Quadratic<N> {
         c: CellId,
         u: &[Vec3],
     ) -> [f64; 9] {
-        displacement_gradient::<N>(&node_gradients(element, &[1.0 / N as f64; N]), &self.values(mesh, c, u))
+        gradient_of_nodes::<N>(&node_gradients(element, &[1.0 / N as f64; N]), &self.values(mesh, c, u))
     }
 
     fn gather(&self, mesh: &SimplexMesh<N>, forces: &[Nodal<Vec3>], f: &mut [Vec3]) {
@@ -290,7 +305,7 @@ struct CellState<const N: usize> {
 impl<const N: usize> CellState<N> {
     fn of(element: &Element<N>, model: Model, u: &Nodal<Vec3>) -> Self {
         let points = points(element);
-        let h = points.each_ref().map(|p| displacement_gradient::<N>(&p.gradients, u));
+        let h = points.each_ref().map(|p| gradient_of_nodes::<N>(&p.gradients, u));
         let mut f = h;
         for f in &mut f {
             add(f, &IDENTITY);
@@ -325,11 +340,12 @@ impl<const N: usize> CellState<N> {
         sum
     }
 
-    fn tangents(&self, element: &Element<N>, tangent: Tangent, scale: f64) -> [CellTangent<MOST_NODES>; N] {
+    fn tangents(&self, tangent: Tangent, scale: f64) -> [CellTangent<MOST_NODES>; N] {
         let twists = match tangent {
             Tangent::Warped => [[0.0; 6]; N],
             Tangent::Exact | Tangent::Projected => {
-                corotated::twists_of_cells::<N, N>(&[element.lame; N], &self.f, &self.r, tangent == Tangent::Projected)
+                let lame = self.points.each_ref().map(|p| p.lame);
+                corotated::twists_of_cells::<N, N>(&lame, &self.f, &self.r, tangent == Tangent::Projected)
             }
         };
         std::array::from_fn(|q| match tangent {
@@ -368,19 +384,10 @@ fn node_gradients<const N: usize>(element: &Element<N>, w: &[f64; N]) -> Nodal<V
     out
 }
 
-/// `H = sum u_a g_a^T`, row-major; in the plane for a triangle.
-fn displacement_gradient<const N: usize>(gradients: &Nodal<Vec3>, u: &Nodal<Vec3>) -> [f64; 9] {
-    let mut h = [0.0; 9];
-    // differences to the first corner: a translation gives exactly zero
-    for b in 1..Midpoints::<N>::NODES {
-        for i in 0..N - 1 {
-            let d = u[b][i] - u[0][i];
-            for j in 0..N - 1 {
-                h[3 * i + j] += d * gradients[b][j];
-            }
-        }
-    }
-    h
+/// [`displacement_gradient`] of nodal displacements (m).
+#[inline]
+fn gradient_of_nodes<const N: usize>(gradients: &Nodal<Vec3>, u: &Nodal<Vec3>) -> [f64; 9] {
+    displacement_gradient::<N>(&gradients[..Midpoints::<N>::NODES], |b| u[b])
 }
 
 /// A block without what lies across the plane, for a triangle.
@@ -410,18 +417,22 @@ pub(crate) fn mass_share<const N: usize>(a: usize, b: usize) -> f64 {
     }
 }
 
-/// Share of the mass of a cell that a node carries when lumped: in proportion to the diagonal of the consistent mass.
-pub(crate) fn lumped_share<const N: usize>(a: usize) -> f64 {
-    let trace: f64 = (0..Midpoints::<N>::NODES).map(|b| mass_share::<N>(b, b)).sum();
-    mass_share::<N>(a, a) / trace
+/// Shares of the mass of a cell that its nodes carry when lumped: in proportion to the diagonal of the consistent mass.
+pub(crate) fn lumped_shares<const N: usize>() -> Nodal<f64> {
+    let mut shares = Nodal::default();
+    let nodes = &mut shares[..Midpoints::<N>::NODES];
+    for (a, share) in nodes.iter_mut().enumerate() {
+        *share = mass_share::<N>(a, a);
+    }
+    let trace: f64 = nodes.iter().sum();
+    nodes.iter_mut().for_each(|share| *share /= trace);
+    shares
 }
 
 /// Largest eigenvalue (1/s²) of the rest stiffness of a cell against its own lumped mass.
 pub(crate) fn largest_eigenvalue<const N: usize>(element: &Element<N>) -> f64 {
     let nodes = Midpoints::<N>::NODES;
-    let roots: Vec<f64> = (0..nodes)
-        .map(|a| (element.mass * lumped_share::<N>(a)).sqrt())
-        .collect();
+    let roots = lumped_shares::<N>().map(|share| (element.mass * share).sqrt());
     let mut matrix = DMatrix::<f64>::zeros(3 * nodes, 3 * nodes);
     for point in points(element) {
         for a in 0..nodes {

@@ -41,23 +41,28 @@ pub(crate) fn row_pattern<'p, const N: usize>(
     v: u32,
     patches_of: impl Fn(u32) -> &'p [Patch<N>],
 ) -> Result<Vec<u32>, FemError> {
-    let mut cols: Vec<u32> = cells_of_row(mesh, v as usize)
+    let mut columns: Vec<u32> = cells_of_row(mesh, v as usize)
         .iter()
         .flat_map(|&c| mesh.cell(c))
         .map(|w| w.0)
         .collect();
     for own in patches_of(v) {
         let around = own.vertices.iter().flat_map(|&w| patches_of(w));
-        cols.extend(around.filter(|p| p.material == own.material).flat_map(|p| &p.vertices));
+        columns.extend(around.filter(|p| p.material == own.material).flat_map(|p| &p.vertices));
     }
-    cols.sort_unstable();
-    cols.dedup();
-    match cols.len() <= usize::from(u16::MAX) {
-        true => Ok(cols),
-        false => Err(FemError::TooManyNeighbors {
-            vertex: v,
-            count: cols.len(),
-        }),
+    each_once(v, columns)
+}
+
+/// The columns of the row of a vertex, ascending, from a list that may name one more than once.
+///
+/// # Errors
+/// [`FemError::TooManyNeighbors`] beyond 65535.
+pub(crate) fn each_once(vertex: u32, mut columns: Vec<u32>) -> Result<Vec<u32>, FemError> {
+    columns.sort_unstable();
+    columns.dedup();
+    match columns.len() {
+        count if count > usize::from(u16::MAX) => Err(FemError::TooManyNeighbors { vertex, count }),
+        _ => Ok(columns),
     }
 }
 
