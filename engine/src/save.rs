@@ -155,7 +155,8 @@ impl<const N: usize> Simulation<N> {
             return Err(damaged("it is of another order than its scene".into()));
         }
         let parts = Parts {
-            fixed: FixedDofs::restored(content.fixed.into_owned(), &mesh).map_err(damaged)?,
+            fixed: FixedDofs::restored(&scene, content.fixed.into_owned(), &mesh, midpoints.as_ref())
+                .map_err(damaged)?,
             probes: Probes::restored(&scene, &mesh, &content.probes).map_err(damaged)?,
             pending: pending::of::<N>(&scene, content.pending)?,
             blades: blades::restored(&scene, content.blades, mesh.vertex_slots()).map_err(damaged)?,

@@ -30,14 +30,31 @@ pub(crate) struct FixedSet {
 #[derive(Clone, Debug)]
 pub(crate) struct FixedDofs<const N: usize = 4> {
     sets: Vec<FixedSet>,
+    /// By set, whether its vertices were given one by one.
+    listed: Vec<bool>,
     /// For each vertex slot and axis the set that prescribes it, or `FREE`.
     owner: Vec<[u32; 3]>,
+    /// Middles of edges of order 2 that no set holds where both ends are held.
+    middles: BTreeMap<VertexId, Middle>,
     mask: Vec<bool>,
+}
+
+/// The middle of an edge of the original boundary whose ends are held by different sets given one by one: a displacement that
+/// is given vertex by vertex is meant for what lies between them too. It follows the mean of the ends.
+#[derive(Clone, Debug)]
+struct Middle {
+    ends: [VertexId; 2],
+    /// Those that both ends are held along, and the middle by no set.
+    axes: [bool; 3],
 }
 
 impl<const N: usize> FixedDofs<N> {
     /// The mask of a vertex that belongs to no set.
     const NONE: [bool; 3] = [false, false, N == 3];
+
+    fn listed(scene: &Scene) -> Vec<bool> {
+        scene.fixed.iter().map(|spec| spec.vertices.is_some()).collect()
+    }
 
     pub(crate) fn new(scene: &Scene, input: &MeshInput<N>) -> Result<Self, EngineError> {
         let mut sets = Vec::with_capacity(scene.fixed.len());
@@ -70,10 +87,12 @@ impl<const N: usize> FixedDofs<N> {
         }
         let mut fixed = FixedDofs {
             sets,
+            listed: Self::listed(scene),
             owner: Vec::new(),
+            middles: BTreeMap::new(),
             mask: Vec::new(),
         };
-        fixed.refresh_all(&input.mesh);
+        fixed.refresh_all(&input.mesh, None);
         fixed.check_values(scene, &input.mesh)?;
         Ok(fixed)
     }
@@ -83,25 +102,33 @@ impl<const N: usize> FixedDofs<N> {
         &self.sets
     }
 
-    /// Takes back stored sets.
+    /// Takes back the stored sets of a scene.
     ///
     /// # Errors
     /// What does not fit the mesh.
-    pub(crate) fn restored(sets: Vec<FixedSet>, mesh: &SimplexMesh<N>) -> Result<Self, String> {
+    pub(crate) fn restored(
+        scene: &Scene,
+        sets: Vec<FixedSet>,
+        mesh: &SimplexMesh<N>,
+        midpoints: Option<&Midpoints<N>>,
+    ) -> Result<Self, String> {
         if sets.iter().any(|s| s.members.len() != mesh.vertex_slots()) {
             return Err("a fixed set is of another mesh".into());
         }
         let mut fixed = FixedDofs {
             sets,
+            listed: Self::listed(scene),
             owner: Vec::new(),
+            middles: BTreeMap::new(),
             mask: Vec::new(),
         };
-        fixed.refresh_all(mesh);
+        fixed.refresh_all(mesh, midpoints);
         Ok(fixed)
     }
 
     /// Takes the mid-edge vertices of order 2 into the sets: those that satisfy the condition of a set, of another set those
-    /// between two of its vertices, as the field along such an edge is prescribed.
+    /// between two of its vertices, as the field along such an edge is prescribed. For those between vertices of different sets
+    /// see [`Middle`].
     pub(crate) fn add_midpoints(&mut self, mesh: &SimplexMesh<N>, midpoints: &Midpoints<N>) {
         for set in &mut self.sets {
             set.members.resize(mesh.vertex_slots(), false);
@@ -112,14 +139,17 @@ impl<const N: usize> FixedDofs<N> {
                 };
             }
         }
-        self.refresh_all(mesh);
+        self.refresh_all(mesh, Some(midpoints));
     }
 
-    fn refresh_all(&mut self, mesh: &SimplexMesh<N>) {
+    fn refresh_all(&mut self, mesh: &SimplexMesh<N>, midpoints: Option<&Midpoints<N>>) {
         self.owner = vec![[FREE; 3]; mesh.vertex_slots()];
         self.mask = Self::NONE.repeat(mesh.vertex_slots());
         for v in mesh.vertex_ids() {
             self.refresh(v);
+        }
+        for (v, _) in midpoints.iter().flat_map(|m| m.edges()) {
+            self.hold_middle(mesh, midpoints, v);
         }
     }
 
@@ -231,10 +261,7 @@ impl<const N: usize> FixedDofs<N> {
     /// # Errors
     /// The vertex and the expression that has no finite value.
     pub(crate) fn prescribe(&self, mesh: &SimplexMesh<N>, t: f64, u: &mut [f64]) -> Result<(), String> {
-        self.evaluate(|dof, displacement| {
-            u[dof] = displacement.value(&mesh.rest_positions()[dof / 3], t);
-            u[dof]
-        })
+        self.evaluate(mesh, u, |displacement, place| displacement.value(place, t))
     }
 
     /// By how much the velocities (m/s) of the prescribed dofs at time `t` exceed their mean over the `dt` before, to the second
@@ -246,37 +273,48 @@ impl<const N: usize> FixedDofs<N> {
         dt: f64,
         gain: &mut [f64],
     ) -> Result<(), String> {
-        self.evaluate(|dof, displacement| {
-            let at = |t: f64| displacement.value(&mesh.rest_positions()[dof / 3], t);
-            gain[dof] = match displacement.uses_time() {
+        self.evaluate(mesh, gain, |displacement, place| {
+            let at = |t: f64| displacement.value(place, t);
+            match displacement.uses_time() {
                 true => 2.0 * (at(t) - 2.0 * at(t - 0.5 * dt) + at(t - dt)) / dt,
                 false => 0.0,
-            };
-            gain[dof]
+            }
         })
     }
 
-    /// Lets `value` see each prescribed dof and its displacement.
+    /// Writes what `value` makes of a displacement at a rest position into `out`, for each prescribed dof.
     ///
     /// # Errors
     /// The first value that is not finite, in words.
-    fn evaluate(&self, mut value: impl FnMut(usize, &Expression) -> f64) -> Result<(), String> {
+    fn evaluate(
+        &self,
+        mesh: &SimplexMesh<N>,
+        out: &mut [f64],
+        value: impl Fn(&Expression, &Point) -> f64,
+    ) -> Result<(), String> {
         for (v, owners) in self.owner.iter().enumerate().filter(|(_, o)| **o != [FREE; 3]) {
             for (axis, &owner) in owners.iter().enumerate() {
                 let Some(set) = self.sets.get(owner as usize) else {
                     continue;
                 };
                 let displacement = &set.displacement[axis];
-                if !value(3 * v + axis, displacement).is_finite() {
+                out[3 * v + axis] = value(displacement, &mesh.rest_positions()[v]);
+                if !out[3 * v + axis].is_finite() {
                     let text = displacement.shown();
                     return Err(format!("the displacement \"{text}\" of vertex {v} has no finite value"));
                 }
             }
         }
+        for (v, Middle { ends, axes }) in &self.middles {
+            for axis in (0..3).filter(|&axis| axes[axis]) {
+                let [a, b] = ends.map(|e| out[3 * e.index() + axis]);
+                out[3 * v.index() + axis] = (a + b) / 2.0;
+            }
+        }
         Ok(())
     }
 
-    /// Follows a change of the mesh (INTERFACE "Sets after a cut").
+    /// Follows a change of the mesh (INTERFACE "Sets after a cut"); of order 2 `midpoints` have followed already.
     ///
     /// A set given by a condition takes new and moved vertices whose rest position satisfies it. Another set takes copies
     /// of its vertices, and new vertices whose parents all belong to it and that lie on a descendant of an original
@@ -297,14 +335,13 @@ impl<const N: usize> FixedDofs<N> {
         self.owner.resize(mesh.vertex_slots(), [FREE; 3]);
         let slots = self.mask.len() / 3..mesh.vertex_slots();
         self.mask.extend(slots.flat_map(|_| Self::NONE));
-        for v in &change.vertices_added {
-            self.refresh(v.id);
-        }
-        for v in &change.vertices_moved {
-            self.refresh(v.id);
-        }
+        let added = change.vertices_added.iter().map(|v| v.id);
+        let renewed = added.chain(change.vertices_moved.iter().map(|v| v.id));
+        renewed.clone().for_each(|v| self.refresh(v));
+        renewed.for_each(|v| self.hold_middle(mesh, midpoints, v));
         for v in &change.vertices_removed {
             self.owner[v.id.index()] = [FREE; 3];
+            self.middles.remove(&v.id);
             self.mask[3 * v.id.index()..][..3].copy_from_slice(&Self::NONE);
         }
     }
@@ -319,6 +356,27 @@ impl<const N: usize> FixedDofs<N> {
         self.owner[v.index()] = owner;
         let mask = [0, 1, 2].map(|axis| Self::NONE[axis] || owner[axis] != FREE);
         self.mask[3 * v.index()..][..3].copy_from_slice(&mask);
+    }
+
+    /// Holds a vertex as a [`Middle`], if it is one, once all owners are known.
+    fn hold_middle(&mut self, mesh: &SimplexMesh<N>, midpoints: Option<&Midpoints<N>>, v: VertexId) {
+        self.middles.remove(&v);
+        let Some((midpoints, ends)) = midpoints.and_then(|m| Some((m, m.ends_of(mesh, v)?))) else {
+            return;
+        };
+        let owner = |v: VertexId, axis: usize| self.owner[v.index()][axis];
+        let is_listed = |owner: u32| self.listed.get(owner as usize) == Some(&true);
+        let axes = [0, 1, 2].map(|axis| {
+            let [a, b] = ends.map(|e| owner(e, axis));
+            owner(v, axis) == FREE && a != b && is_listed(a) && is_listed(b)
+        });
+        let is_original = |side: FacetSide| mesh.facet_labels(side.cell)[side.local as usize].some().is_some();
+        if axes.contains(&true) && midpoints.boundary_facets_of(mesh, v).any(is_original) {
+            for axis in (0..3).filter(|&axis| axes[axis]) {
+                self.mask[3 * v.index() + axis] = true;
+            }
+            self.middles.insert(v, Middle { ends, axes });
+        }
     }
 }
 

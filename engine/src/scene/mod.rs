@@ -241,7 +241,8 @@ pub struct ModelSpec {
     /// How mass is spread.
     pub mass: MassKind,
     /// Order of the elements: 1, or 2 with a node in the middle of each edge. A set of vertices given one by one or as a group holds
-    /// the middle of an edge if it holds both ends.
+    /// the middle of an edge if it holds both ends; between the vertices of two sets given one by one it follows the mean of the
+    /// ends, on the boundary of the body.
     pub order: u32,
     /// Cure of volumetric locking: "none"; "nodal", strains averaged at the vertices, for all materials; "auto", for those with a
     /// Poisson's ratio above 0.45.

@@ -163,6 +163,77 @@ fn sets_given_by_vertices_hold_the_edges_between_them() {
     }
 }
 
+/// A cube all of whose boundary vertices are given one by one, each with the displacement that `of` says.
+fn vertex_by_vertex(of: impl Fn(Vector3<f64>) -> [f64; 3], tail: &str) -> Simulation {
+    let plain = simulation(&box_scene([1.0; 3], [2; 3], ""));
+    let on_boundary = |p: &Vector3<f64>| p.iter().any(|x| x.abs() < 1e-9 || (x - 1.0).abs() < 1e-9);
+    let held = plain.mesh().vertex_ids().map(|v| (v, plain.mesh().rest_position(v)));
+    let sets = held.filter(|(_, p)| on_boundary(p)).map(|(v, p)| {
+        let u = of(p);
+        format!("[[fixed]]\nvertices = [{}]\ndisplacement = {u:?}\n", v.0)
+    });
+    let sets: String = sets.collect();
+    simulation(&box_scene(
+        [1.0; 3],
+        [2; 3],
+        &format!("{sets}[model]\nkind = 'linear'\norder = 2\n{tail}"),
+    ))
+}
+
+#[test]
+fn a_displacement_given_vertex_by_vertex_holds_the_edges_of_the_boundary() {
+    // an affine field, which is then that of the whole body
+    let of = |p: Vector3<f64>| {
+        [
+            0.01 * p.x + 0.003 * p.y,
+            -0.002 * p.x + 0.004 * p.z,
+            0.001 * p.y - 0.002 * p.z,
+        ]
+    };
+    let tail = "[solver]\ntolerance = 1e-12\n";
+    let mut s = vertex_by_vertex(of, tail);
+    assert!(s.step(0.0).unwrap().converged);
+    let off = |s: &Simulation| {
+        let of = |v: VertexId| (nodal(s.u(), v.index()) - Vector3::from(of(s.mesh().rest_position(v)))).amax();
+        s.mesh().vertex_ids().map(of).fold(0.0, f64::max)
+    };
+    assert!(off(&s) < 1e-12, "{}", off(&s));
+
+    // a cut that divides edges of the boundary leaves the rest of them held, in a restored simulation too
+    s.cut(&blade(0.23), &CutOptions::of(Method::Subdivide)).unwrap();
+    assert!(s.step(0.0).unwrap().converged);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("state.kerfem");
+    s.save(&path).unwrap();
+    let mut restored = Simulation::restore(&path).unwrap();
+    for s in [&mut s, &mut restored] {
+        assert!(s.step(0.0).unwrap().converged);
+    }
+    assert_eq!(s.u(), restored.u());
+    let far = |v: &VertexId| s.mesh().rest_position(*v).x > 0.999;
+    for v in s.mesh().vertex_ids().filter(far) {
+        let off = (nodal(s.u(), v.index()) - Vector3::from(of(s.mesh().rest_position(v)))).amax();
+        assert!(off < 1e-12, "{off}");
+    }
+}
+
+#[test]
+fn between_vertices_that_are_held_the_boundary_follows_their_mean_and_the_inside_is_free() {
+    let of = |p: Vector3<f64>| [0.1 * p.y * p.z, 0.0, 0.0];
+    let mut s = vertex_by_vertex(of, "");
+    assert!(s.step(0.0).unwrap().converged);
+    let at = |place: [f64; 3]| {
+        let mut all = s.mesh().vertex_ids();
+        let found = all.find(|v| (s.mesh().rest_position(*v) - Vector3::from(place)).norm() < 1e-12);
+        nodal(s.u(), found.unwrap().index()).x
+    };
+    // between (0, 0, 0) and (0, 1/2, 1/2)
+    assert!((at([0.0, 0.25, 0.25]) - 0.0125).abs() < 1e-12);
+    // between (1/2, 1/2, 0) and (1/2, 1, 1/2), through the body
+    let inside = at([0.5, 0.75, 0.25]);
+    assert!((inside - 0.025).abs() > 1e-4, "{inside}");
+}
+
 #[test]
 fn a_restored_simulation_goes_on_with_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
