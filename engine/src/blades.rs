@@ -60,7 +60,7 @@ pub(crate) fn of(scene: &Scene) -> Result<Vec<MovingBlade>, EngineError> {
         blades.push(MovingBlade {
             index,
             frame: spec.frame,
-            options: spec.options(),
+            options: spec.options(scene.model.order),
             progress: Progress {
                 until: blade.start(),
                 tip: Tip::new(blade.at(blade.start())),

@@ -63,7 +63,7 @@ pub(crate) fn of<const N: usize>(scene: &Scene, stored: Vec<StoredCut>) -> Resul
             at: spec.at.unwrap_or(0.0),
             frame: spec.frame,
             sweep,
-            options: spec.options(),
+            options: spec.options(scene.model.order),
             stored,
             warnings: warnings.iter().map(|w| format!("{file}: {w}")).collect(),
         });

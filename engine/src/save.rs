@@ -26,7 +26,7 @@ use crate::{AnySimulation, Energies, EngineError, Scene, Scheme, Simulation, Sta
 const MAGIC: &[u8] = b"kerfem save\n";
 
 /// Number of the format; a change of what is stored is a new one.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// Length of what stands before the content: magic, format, corners, length, checksum.
 const HEAD: usize = MAGIC.len() + 4 + 4 + 8 + 4;

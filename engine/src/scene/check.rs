@@ -414,8 +414,10 @@ impl Scene {
                     return self.fail("cut", i, "blade", e.to_string());
                 }
             }
-            if !(c.snap >= 0.0 && c.snap <= 0.45) {
-                let message = format!("{:?} is not accepted; a fraction from 0 to 0.45 is needed", c.snap);
+            if let Some(snap) = c.snap
+                && !(0.0..=0.45).contains(&snap)
+            {
+                let message = format!("{snap:?} is not accepted; a fraction from 0 to 0.45 is needed");
                 return self.fail("cut", i, "snap", message);
             }
             if !(c.quality >= 0.0 && c.quality <= 0.7) {

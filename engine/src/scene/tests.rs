@@ -43,6 +43,16 @@ fn the_base_scene_is_accepted_with_its_defaults() {
 }
 
 #[test]
+fn a_cut_snaps_less_where_elements_are_of_order_2() {
+    let snap = |key: &str, order: u32| {
+        let scene = Scene::parse(&BASE.replace("at = 0.05", &format!("at = 0.05\n{key}")), "s.toml").unwrap();
+        scene.cut[0].options(order).snap
+    };
+    assert_eq!([snap("", 1), snap("", 2)], [0.2, 0.1]);
+    assert_eq!([snap("snap = 0.3", 1), snap("snap = 0.3", 2)], [0.3, 0.3]);
+}
+
+#[test]
 fn mistakes_get_one_line_with_place_and_what_is_accepted() {
     for (from, to, wanted) in [
         (

@@ -151,7 +151,7 @@ fn what_is_no_save_is_refused() {
     }
     let mut newer = whole.clone();
     newer[12] = 77;
-    assert!(refused(&newer).contains("format 77; this version reads 4"));
+    assert!(refused(&newer).contains("format 77; this version reads 5"));
     for at in [16, 21, 28, 40, whole.len() / 3, whole.len() - 2] {
         let mut damaged = whole.clone();
         damaged[at] ^= 4;
