@@ -18,6 +18,9 @@ pub mod methods {}
 #[doc = include_str!("../../docs/book/locking.md")]
 pub mod locking {}
 
+#[doc = include_str!("../../docs/book/solvers.md")]
+pub mod solvers {}
+
 #[doc = include_str!("../../docs/book/files.md")]
 pub mod files {}
 

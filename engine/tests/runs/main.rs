@@ -5,6 +5,7 @@ mod cuts;
 mod damping;
 mod dynamics;
 mod files;
+mod iterations;
 mod jump;
 mod locking;
 mod modes;
