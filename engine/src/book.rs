@@ -21,6 +21,31 @@ pub mod locking {}
 #[doc = include_str!("../../docs/book/solvers.md")]
 pub mod solvers {}
 
+#[doc = include_str!("../../docs/book/study_cut_methods.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_cut_cantilever.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_locking.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_solvers.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_schemes.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_schemes.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_eps.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_quality.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_poisson.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_rotation.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_cap.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/studies.md")]
+pub mod studies {}
+
 #[doc = include_str!("../../docs/book/files.md")]
 pub mod files {}
 

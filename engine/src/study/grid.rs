@@ -88,7 +88,7 @@ pub(super) fn points(study: &Study) -> Result<Vec<Point>, EngineError> {
     Ok(points.into_iter().map(in_order).collect())
 }
 
-/// A "label" is the name of all that moves together with it.
+/// A "label" is the name of all that moves together with it; what has one value for all runs needs no name.
 fn names(study: &Study, settings: &[(String, Value)]) -> Vec<String> {
     let labelled = study.together.iter().find(|group| group.iter().any(|k| k == LABEL));
     let group = labelled.map_or(&[][..], Vec::as_slice);
@@ -96,6 +96,7 @@ fn names(study: &Study, settings: &[(String, Value)]) -> Vec<String> {
     let name = |(key, value): &(String, Value)| match group.contains(key) {
         true if is_of_scene(key) => text.take().unwrap_or_default(),
         true => String::new(),
+        false if study.vary[key].as_array().is_some_and(|values| values.len() == 1) => String::new(),
         false => label(value),
     };
     settings.iter().map(name).collect()
@@ -110,6 +111,10 @@ pub(super) fn set(table: &mut Table, key: &str, value: &Value) -> Result<(), Str
         }
         Some(parts) => parts,
     };
+    let number = |text: &str| text.split('.').next().is_some_and(|t| t.parse::<usize>().is_ok());
+    if !table.contains_key(first) && number(rest) {
+        return Err(format!("[[{first}]] has none, so it cannot be changed"));
+    }
     let (place, rest) = match table.entry(first).or_insert_with(|| Table::new().into()) {
         Value::Array(list) => {
             let (number, rest) = rest.split_once('.').unwrap_or((rest, ""));
@@ -150,6 +155,7 @@ mod tests {
         let wrong = set(&mut table, "cut.2.at", &1.into()).unwrap_err();
         assert!(wrong.contains("[[cut]] has 2"), "{wrong}");
         assert!(set(&mut table, "a.b", &1.into()).is_err());
+        assert!(set(&mut table, "load.0.force", &1.into()).is_err());
     }
 
     #[test]
