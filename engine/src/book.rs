@@ -43,6 +43,10 @@ pub mod solvers {}
 #[doc = ""]
 #[doc = include_str!("../../docs/book/study_map_cap.svg")]
 #[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_stretch.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_momentum.svg")]
+#[doc = ""]
 #[doc = include_str!("../../docs/book/studies.md")]
 pub mod studies {}
 

@@ -15,7 +15,7 @@ fn calls_and_names_of_arguments() {
     refused([
         call("no call", "").says(&[
             "requires a subcommand",
-            "[subcommands: run, check, quality, cut, modes]",
+            "[subcommands: run, check, quality, cut, modes, study, validate]",
         ]),
         call("a call that does not exist", "rum scene.toml").says(&[
             "unrecognized subcommand 'rum'",
@@ -33,6 +33,7 @@ fn calls_and_names_of_arguments() {
         call("two scenes", "check scene.toml scene.toml")
             .says(&["unexpected argument 'scene.toml' found", "Usage: kerfem check"]),
         call("no mesh", "quality").says(&["arguments were not provided: <MESH>", "Usage: kerfem quality"]),
+        call("no study", "study").says(&["arguments were not provided: <STUDY>", "Usage: kerfem study"]),
         call("no sweep", "cut m.vtu").says(&["arguments were not provided: --sweep <SWEEP>", "Usage: kerfem cut"]),
         call("an argument without its value", "run scene.toml --threads").says(&["a value is required for '--threads"]),
         call("an argument twice", "run scene.toml --threads 1 --threads 2")
