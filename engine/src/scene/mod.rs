@@ -734,7 +734,7 @@ impl Scene {
     /// [`EngineError::Scene`] with file, line, key, what is wrong and what is accepted.
     pub fn read(path: impl AsRef<Path>) -> Result<Scene, EngineError> {
         let path = path.as_ref();
-        Self::parse(&source::read_text(path)?, path)
+        Self::parse(&source::read_text(path, "scene")?, path)
     }
 
     /// Reads and checks the text of a scene; `path` names it in messages, and files are relative to its folder.

@@ -25,26 +25,26 @@ const LIST_NEEDED: &str = "a list is needed";
 /// Names that the format knows and this version does not run.
 const NOT_YET: [&str; 2] = ["delaunay", "path"];
 
-/// The text of a scene file.
+/// The text of a file that is a `what`: a scene, a study.
 ///
 /// # Errors
 /// [`EngineError::Scene`] if it cannot be read, is larger than 64 MiB, or is no text.
-pub(crate) fn read_text(path: &Path) -> Result<String, EngineError> {
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, EngineError> {
     let fail = |line: String, message: String| EngineError::Scene {
         place: format!("{}{line}", path.display()),
         message: format!("{message}; a TOML file is needed"),
     };
-    let cannot = |e: io::Error| fail(String::new(), format!("the scene cannot be read: {e}"));
+    let cannot = |e: io::Error| fail(String::new(), format!("the {what} cannot be read: {e}"));
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(cannot)?;
     file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(cannot)?;
     if bytes.len() as u64 > LARGEST {
-        return Err(fail(String::new(), "the scene is larger than 64 MiB".into()));
+        return Err(fail(String::new(), format!("the {what} is larger than 64 MiB")));
     }
     String::from_utf8(bytes).map_err(|e| {
         let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|b| **b == b'\n').count();
-        fail(format!(":{line}"), "the scene is not UTF-8 text".into())
+        fail(format!(":{line}"), format!("the {what} is not UTF-8 text"))
     })
 }
 

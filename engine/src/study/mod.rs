@@ -66,7 +66,7 @@ pub fn run(
     tell: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Option<Vec<Row>>, EngineError> {
     let folder = &options.folder;
-    output::make_folder(folder)?;
+    output::open_folder(folder)?;
     let points = grid::points(study)?;
     let (mut journal, mut records) = Journal::open(folder, study)?;
     let all = (0..study.repeats()).flat_map(|repeat| (0..points.len()).map(move |point| [point, repeat]));

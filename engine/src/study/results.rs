@@ -208,9 +208,12 @@ pub(super) fn fields(row: &Row) -> Vec<String> {
         row.dofs.to_string(),
         row.cells.to_string(),
         row.steps.to_string(),
-        row.failed.clone().unwrap_or_default(),
     ];
-    keys.chain(figures).chain(rest).collect()
+    let rest = rest.map(|figure| if row.failed.is_some() { String::new() } else { figure });
+    keys.chain(figures)
+        .chain(rest)
+        .chain([row.failed.clone().unwrap_or_default()])
+        .collect()
 }
 
 /// Writes `study.csv`.

@@ -240,12 +240,12 @@ impl Study {
         let path = path.as_ref();
         let source = Source {
             path: path.into(),
-            text: read_text(path)?,
+            text: read_text(path, "study")?,
         };
         let mut study: Study = toml::from_str(&source.text).map_err(|e| source.toml_error(&e))?;
         study.source = source;
         let scene = study.scene_path();
-        study.scene_text = read_text(&scene)?;
+        study.scene_text = read_text(&scene, "scene")?;
         // says what is wrong where it stands
         let base = Scene::parse(&study.scene_text, &scene)?;
         study.base = toml::from_str(&study.scene_text).map_err(|e| base.source.toml_error(&e))?;
@@ -465,8 +465,20 @@ impl Study {
             }
         }
         let text = toml::to_string(&table).map_err(|e| self.source.error("vary", 0, "", e.to_string()))?;
-        Scene::parse(&text, self.scene_path())
+        Scene::parse(&text, self.scene_path()).map_err(|e| without_line(e, &self.scene_path()))
     }
+}
+
+/// The lines of a scene with other settings are nobody's.
+fn without_line(error: EngineError, scene: &Path) -> EngineError {
+    let EngineError::Scene { place, message } = error else {
+        return error;
+    };
+    let file = scene.display().to_string();
+    let rest = place.strip_prefix(&file).and_then(|rest| rest.strip_prefix(':'));
+    let key = rest.map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ':'));
+    let place = key.map_or_else(|| place.clone(), |key| format!("{file}:{key}"));
+    EngineError::Scene { place, message }
 }
 
 impl Measure {
