@@ -12,6 +12,7 @@ use kerfem_mesh::{Point, SimplexMesh, quality};
 use nalgebra::Vector3;
 
 use crate::StressIntensitySpec;
+use crate::fit;
 use crate::jump::jump;
 use crate::probes::locate;
 
@@ -43,7 +44,7 @@ pub(crate) fn stress_intensity<const N: usize>(
         let r = inner + (outer - inner) * k as f64 / (OPENINGS - 1) as f64;
         Some((r, modulus / 8.0 * opening(front + r * behind)? * (2.0 * PI / r).sqrt()))
     });
-    Some(at_zero(&samples.collect::<Option<Vec<_>>>()?))
+    Some(fit::line(&samples.collect::<Option<Vec<_>>>()?).0)
 }
 
 /// `E'` (Pa).
@@ -77,25 +78,9 @@ fn behind<const N: usize>(
     apart.map(|(d, w)| w * d).sum::<Vector3<f64>>().try_normalize(0.0)
 }
 
-/// Where the straight line that fits best meets zero.
-fn at_zero(samples: &[(f64, f64)]) -> f64 {
-    let n = samples.len() as f64;
-    let (x, y) = samples.iter().fold((0.0, 0.0), |(x, y), s| (x + s.0 / n, y + s.1 / n));
-    let (xy, xx) = samples.iter().fold((0.0, 0.0), |(xy, xx), s| {
-        (xy + (s.0 - x) * (s.1 - y), xx + (s.0 - x).powi(2))
-    });
-    y - xy / xx * x
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_is_extrapolated() {
-        let samples = [(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)];
-        assert!((at_zero(&samples) - 3.0).abs() < 1e-12);
-    }
 
     #[test]
     fn the_crack_is_found_behind_its_front() {

@@ -8,7 +8,7 @@ use super::pictures::{grouped, line_keys};
 use super::results::{Row, as_number};
 use super::spec::Study;
 use super::{Progress, StudyOptions, run};
-use crate::EngineError;
+use crate::{EngineError, fit};
 
 /// What became of one measure along one line of a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,13 +115,8 @@ fn order(key: &str, rows: &[&Row], k: usize) -> Option<f64> {
         .iter()
         .map(|row| Some((size(&row)?.ln(), row.figures[k].error?.ln())));
     let points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
-    let n = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (xy, xx) = points.iter().fold((0.0, 0.0), |(xy, xx), p| {
-        (xy + (p.0 - x) * (p.1 - y), xx + (p.0 - x).powi(2))
-    });
     let grows = points.last()?.0 > points.first()?.0;
-    let slope = xy / xx;
+    let (_, slope) = fit::line(&points);
     slope.is_finite().then_some(if grows { -slope } else { slope })
 }
 
