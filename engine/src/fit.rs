@@ -3,9 +3,7 @@
 /// Value at zero and slope of the line that fits best; NaN for fewer than two different places.
 pub(crate) fn line(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
-    let (x, y) = points
-        .iter()
-        .fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
     let (xy, xx) = points.iter().fold((0.0, 0.0), |(xy, xx), p| {
         (xy + (p.0 - x) * (p.1 - y), xx + (p.0 - x).powi(2))
     });

@@ -159,6 +159,7 @@ fn a_study_that_is_killed_goes_on_to_the_same_table() {
 #[test]
 fn mistakes_in_a_study_are_named() {
     for (from, to, wanted) in [
+        ("\"small\"", "\"../small\"", "it names files"),
         ("scene = ", "scenes = ", "did you mean \"scene\"?"),
         ("beam.toml", "none.toml", "none.toml: the scene cannot be read"),
         (

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use kerfem_fem::Material;
 
+use super::source::Source;
 use super::{
     Components, CylinderSpec, DampingSpec, FixedSpec, LoadSpec, MassKind, MaterialSpec, NodalForces, QuantitySpec,
     Scene, Scheme, StressIntensitySpec,
@@ -15,10 +16,24 @@ pub(super) type Checked = Result<(), EngineError>;
 /// Of a scene: names of files are longer and end at 255 bytes.
 const LONGEST_NAME: usize = 200;
 
+/// Whether a name can be that of files.
+pub(crate) fn check_name(source: &Source, name: &str) -> Checked {
+    let plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
+    let fits = (1..=LONGEST_NAME).contains(&name.len());
+    if fits && !name.starts_with('.') && name.chars().all(plain) {
+        return Ok(());
+    }
+    let message = format!(
+        "\"{name}\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.', at most \
+         {LONGEST_NAME} bytes"
+    );
+    Err(source.error("", 0, "name", message))
+}
+
 impl Scene {
     /// Checks every number and every choice that needs no mesh; the first mistake is the error.
     pub(crate) fn check(&self) -> Checked {
-        self.check_name()?;
+        check_name(&self.source, &self.name)?;
         self.check_mesh()?;
         self.check_material()?;
         self.check_model()?;
@@ -95,20 +110,6 @@ impl Scene {
                 format!("{} are given; exactly one of {} is accepted", names(false), names(true)),
             ),
         }
-    }
-
-    fn check_name(&self) -> Checked {
-        let plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
-        let fits = (1..=LONGEST_NAME).contains(&self.name.len());
-        if fits && !self.name.starts_with('.') && self.name.chars().all(plain) {
-            return Ok(());
-        }
-        let message = format!(
-            "\"{}\" is not accepted; it names files: letters, digits, '-', '_', '.' and spaces, not starting with '.', at most \
-             {LONGEST_NAME} bytes",
-            self.name
-        );
-        self.fail("", 0, "name", message)
     }
 
     fn check_mesh(&self) -> Checked {

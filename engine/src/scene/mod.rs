@@ -1,6 +1,6 @@
 //! The scene: what a `SCENE.toml` says, read and checked.
 
-mod check;
+pub(crate) mod check;
 mod plane;
 pub(crate) mod source;
 mod values;

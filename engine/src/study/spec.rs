@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer};
 use toml::{Table, Value};
 
 use super::grid::{self, Point};
+use crate::scene::check::check_name;
 use crate::scene::source::{Source, read_text};
 use crate::{Components, EngineError, Expression, Scene};
 
@@ -296,9 +297,7 @@ impl Study {
     }
 
     fn check(&self, base: &Scene) -> Result<(), EngineError> {
-        if self.name.is_empty() || self.name.contains(['/', '\\']) || self.name.len() > 200 {
-            return self.fail("", 0, "name", "a name that can be that of a folder is needed");
-        }
+        check_name(&self.source, &self.name)?;
         if self.measure.is_empty() {
             return self.fail("", 0, "measure", "it is missing; what is measured must be said");
         }
