@@ -89,7 +89,12 @@ fn of_mesh<const N: usize>(
                 return fail(path, "its cells are not those of a mesh of the kind of the result");
             };
             let tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
-            Lookup::Mesh(mesh, tree, corners, values)
+            Lookup::Mesh(Box::new(Reference {
+                mesh,
+                tree,
+                corners,
+                values,
+            }))
         }
     };
     let (mut sum, mut size) = (0.0, 0.0);
@@ -139,9 +144,17 @@ fn shown(data: &MeshData) -> VtuCells<'_> {
     }
 }
 
+/// A field on a mesh of its own.
+struct Reference<const N: usize> {
+    mesh: SimplexMesh<N>,
+    tree: BoxTree,
+    corners: Vec<[usize; N]>,
+    values: Vec<Point>,
+}
+
 enum Lookup<'a, const N: usize> {
     Exact(&'a [Expression; 3]),
-    Mesh(SimplexMesh<N>, BoxTree, Vec<[usize; N]>, Vec<Point>),
+    Mesh(Box<Reference<N>>),
 }
 
 impl<const N: usize> Lookup<'_, N> {
@@ -149,7 +162,13 @@ impl<const N: usize> Lookup<'_, N> {
     fn at(&self, vertex: &Point, inside: &Point) -> Option<Point> {
         match self {
             Lookup::Exact(formulas) => Some(Point::from_fn(|k, _| formulas[k].value(vertex, 0.0))),
-            Lookup::Mesh(mesh, tree, corners, values) => {
+            Lookup::Mesh(reference) => {
+                let Reference {
+                    mesh,
+                    tree,
+                    corners,
+                    values,
+                } = &**reference;
                 // a curved boundary may leave the point a little outside
                 let box_of = Aabb::around([*inside]).grown(INWARDS * mesh_size(mesh));
                 let mut best: Option<(f64, Point)> = None;
