@@ -1,10 +1,11 @@
 //! How far the field of a run is from that of a reference.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 use std::path::Path;
 
 use kerfem_mesh::io::{MeshData, VtuArray, VtuCells, VtuGrid, read_mesh, read_result, write_vtu};
-use kerfem_mesh::{Aabb, Barycentric, BoxTree, MeshError, Point, SimplexMesh, quality};
+use kerfem_mesh::{Aabb, BoxTree, CellId, Deepest, MeshError, Point, SimplexMesh, quality};
 
 use crate::{EngineError, Expression};
 
@@ -90,6 +91,7 @@ fn of_mesh<const N: usize>(
             };
             let tree = BoxTree::of_cells(&mesh, mesh.rest_positions());
             Lookup::Mesh(Box::new(Reference {
+                margin: INWARDS * mesh_size(&mesh),
                 mesh,
                 tree,
                 corners,
@@ -148,6 +150,8 @@ fn shown(data: &MeshData) -> VtuCells<'_> {
 struct Reference<const N: usize> {
     mesh: SimplexMesh<N>,
     tree: BoxTree,
+    /// How far outside its cells a point may lie (m): a curved boundary may leave it there.
+    margin: f64,
     corners: Vec<[usize; N]>,
     values: Vec<Point>,
 }
@@ -163,28 +167,19 @@ impl<const N: usize> Lookup<'_, N> {
         match self {
             Lookup::Exact(formulas) => Some(Point::from_fn(|k, _| formulas[k].value(vertex, 0.0))),
             Lookup::Mesh(reference) => {
-                let Reference {
-                    mesh,
-                    tree,
-                    corners,
-                    values,
-                } = &**reference;
-                // a curved boundary may leave the point a little outside
-                let box_of = Aabb::around([*inside]).grown(INWARDS * mesh_size(mesh));
-                let mut best: Option<(f64, Point)> = None;
-                tree.query(&box_of, |item| {
-                    let cell = kerfem_mesh::CellId(item);
-                    let Some(weights) = Barycentric::of(&mesh.cell_rest_positions(cell)).map(|b| b.at(inside)) else {
-                        return;
-                    };
-                    let depth = weights.iter().copied().fold(f64::INFINITY, f64::min);
-                    if best.as_ref().is_none_or(|(b, _)| depth > *b) {
-                        let corners = corners[cell.index()];
-                        let value = corners.iter().zip(weights).map(|(v, w)| w * values[*v]).sum();
-                        best = Some((depth, value));
-                    }
-                });
-                best.map(|(_, value)| value)
+                let mut near = Vec::new();
+                let around = Aabb::around([*inside]).grown(reference.margin);
+                reference.tree.query(&around, |item| near.push(CellId(item)));
+                let cells = near.iter().enumerate();
+                let cells = cells.map(|(k, c)| ((Reverse(k), *c), reference.mesh.cell_rest_positions(*c)));
+                let deepest = Deepest::of(inside, cells)?;
+                let corners = reference.corners[deepest.key.1.index()].iter();
+                Some(
+                    corners
+                        .zip(deepest.coordinates)
+                        .map(|(v, w)| w * reference.values[*v])
+                        .sum(),
+                )
             }
         }
     }
