@@ -54,18 +54,20 @@ impl BlockMatrix {
             "lengths of x and y"
         );
         let x = x.as_chunks::<3>().0;
-        let rows = |first: usize, y: &mut [f64]| {
-            for (k, out) in y.as_chunks_mut::<3>().0.iter_mut().enumerate() {
-                *out = self.row_times(first + k, x);
+        fill_rows(y, |i| self.row_times(i, x));
+    }
+
+    /// `y := A x` on the free dofs and zero at `fixed` ones, of which `x` has none. Rows without a free dof cost nothing.
+    pub(crate) fn multiply_free(&self, fixed: &[bool], x: &[f64], y: &mut [f64]) {
+        let (x, fixed) = (x.as_chunks::<3>().0, fixed.as_chunks::<3>().0);
+        fill_rows(y, |i| match fixed[i] {
+            [false, false, false] => self.row_times(i, x),
+            [true, true, true] => [0.0; 3],
+            mixed => {
+                let y = self.row_times(i, x);
+                std::array::from_fn(|axis| if mixed[axis] { 0.0 } else { y[axis] })
             }
-        };
-        if rayon::current_num_threads() == 1 {
-            rows(0, y);
-        } else {
-            y.par_chunks_mut(3 * CHUNK)
-                .enumerate()
-                .for_each(|(c, y)| rows(c * CHUNK, y));
-        }
+        });
     }
 
     #[inline]
@@ -121,6 +123,22 @@ impl BlockMatrix {
     /// The matrix in compressed rows, `3 rows x 3 rows`, explicit zeros inside blocks included.
     pub fn to_csr(&self) -> CsMat<f64> {
         to_csr(&self.pattern, |k, r, c| self.values[k][3 * r + c], true)
+    }
+}
+
+/// Sets each block row of `y`, in parallel.
+fn fill_rows(y: &mut [f64], row: impl Fn(usize) -> [f64; 3] + Sync) {
+    let rows = |first: usize, y: &mut [f64]| {
+        for (k, out) in y.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            *out = row(first + k);
+        }
+    };
+    if rayon::current_num_threads() == 1 {
+        rows(0, y);
+    } else {
+        y.par_chunks_mut(3 * CHUNK)
+            .enumerate()
+            .for_each(|(c, y)| rows(c * CHUNK, y));
     }
 }
 

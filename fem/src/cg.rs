@@ -6,6 +6,7 @@ use faer::matrix_free::{InitialGuessStatus, LinOp, Precond};
 use faer::{MatMut, MatRef, Par};
 
 use crate::preconditioner::Preconditioner;
+use crate::vector::norm;
 use crate::{BlockMatrix, FemError};
 
 /// A matrix as it acts on the free dofs: what it gives at fixed ones is set to zero. Its arguments are zero there.
@@ -42,7 +43,7 @@ impl LinOp<f64> for Operator<'_> {
     }
 
     fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _: Par, _: &mut MemStack) {
-        with_columns(out, rhs, |x, y| masked_multiply(self.matrix, self.fixed, x, y));
+        with_columns(out, rhs, |x, y| self.matrix.multiply_free(self.fixed, x, y));
     }
 
     fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
@@ -74,25 +75,25 @@ impl LinOp<f64> for Inverse<'_> {
 
 impl Precond<f64> for Inverse<'_> {}
 
-/// `y := A x`, zero at fixed dofs.
-pub(crate) fn masked_multiply(a: &BlockMatrix, fixed: &[bool], x: &[f64], y: &mut [f64]) {
-    a.multiply(x, y);
-    for (y, &fixed) in y.iter_mut().zip(fixed) {
-        if fixed {
-            *y = 0.0;
-        }
-    }
-}
+/// Rounds of conjugate gradients: another one starts when round-off has let the recurrence claim more than the true
+/// residual holds.
+const ROUNDS: usize = 3;
 
 /// Memory of the iteration, kept between solves.
 pub(crate) struct Workspace {
     buffer: MemBuffer,
+    b: Vec<f64>,
+    x: Vec<f64>,
+    residual: Vec<f64>,
 }
 
 impl Default for Workspace {
     fn default() -> Self {
         Workspace {
             buffer: MemBuffer::new(StackReq::EMPTY),
+            b: Vec::new(),
+            x: Vec::new(),
+            residual: Vec::new(),
         }
     }
 }
@@ -103,54 +104,91 @@ impl std::fmt::Debug for Workspace {
     }
 }
 
-/// Iterates on `A x = b` from `x` until the residual is below `tolerance * |b|` or for `max_iterations`; the number of
-/// iterations. `x` and `b` are zero at fixed dofs.
+/// Solves `A x = b` on the dofs that are not `fixed`, from the values of `x` there, until the norm of the true residual is below
+/// `target` or for `max_iterations`; the number of iterations. The matrix couples nothing to fixed dofs at which `x` is not zero.
 ///
 /// # Errors
-/// [`FemError::NotPositiveDefinite`] if a direction of negative curvature (or a NaN) turns up.
+/// [`FemError::NotPositiveDefinite`] if a direction of negative curvature (or a NaN) turns up; `x` is then as it was.
 #[allow(clippy::too_many_arguments)]
-pub(crate) fn iterate(
+pub(crate) fn solve(
     matrix: &BlockMatrix,
     fixed: &[bool],
     preconditioner: &Preconditioner,
     b: &[f64],
     x: &mut [f64],
-    tolerance: f64,
+    target: f64,
     max_iterations: usize,
     workspace: &mut Workspace,
 ) -> Result<usize, FemError> {
     let n = b.len();
+    let Workspace {
+        buffer,
+        b: own_b,
+        x: own_x,
+        residual: r,
+    } = workspace;
+    let free = |v: &[f64], own: &mut Vec<f64>| {
+        own.clear();
+        own.extend(v.iter().zip(fixed).map(|(v, fixed)| if *fixed { 0.0 } else { *v }));
+    };
+    free(b, own_b);
+    free(x, own_x);
+    r.resize(n, 0.0);
     let operator = Operator { matrix, fixed };
     let inverse = Inverse(preconditioner, n);
     let need = conjugate_gradient_scratch(&inverse, &operator, 1, Par::Seq);
-    if !MemStack::new(&mut workspace.buffer).can_hold(need) {
-        workspace.buffer = MemBuffer::new(need);
+    if !MemStack::new(buffer).can_hold(need) {
+        *buffer = MemBuffer::new(need);
     }
-    let params = CgParams {
-        // `Zero` would leave faer's residual uninitialised
-        initial_guess: InitialGuessStatus::MaybeNonZero,
-        abs_tolerance: f64::MIN_POSITIVE,
-        rel_tolerance: tolerance,
-        max_iters: max_iterations,
-        ..CgParams::default()
-    };
     let mut iterations = 0;
-    let result = conjugate_gradient(
-        MatMut::from_column_major_slice_mut(x, n, 1),
-        &inverse,
-        &operator,
-        MatRef::from_column_major_slice(b, n, 1),
-        params,
-        |_| iterations += 1,
-        Par::Seq,
-        MemStack::new(&mut workspace.buffer),
-    );
-    match result {
-        Ok(_) | Err(CgError::NoConvergence { .. }) => Ok(iterations),
-        Err(CgError::NonPositiveDefiniteOperator | CgError::NonPositiveDefinitePreconditioner) => {
-            Err(FemError::NotPositiveDefinite {
-                found_by: "conjugate gradients",
-            })
+    for _ in 0..ROUNDS {
+        let before = iterations;
+        let params = CgParams {
+            // `Zero` would leave faer's residual uninitialised
+            initial_guess: InitialGuessStatus::MaybeNonZero,
+            abs_tolerance: target.max(f64::MIN_POSITIVE),
+            rel_tolerance: 0.0,
+            max_iters: max_iterations - iterations,
+            ..CgParams::default()
+        };
+        let result = conjugate_gradient(
+            MatMut::from_column_major_slice_mut(own_x, n, 1),
+            &inverse,
+            &operator,
+            MatRef::from_column_major_slice(own_b, n, 1),
+            params,
+            |_| iterations += 1,
+            Par::Seq,
+            MemStack::new(buffer),
+        );
+        match result {
+            Ok(_) | Err(CgError::NoConvergence { .. }) => {}
+            Err(CgError::NonPositiveDefiniteOperator | CgError::NonPositiveDefinitePreconditioner) => {
+                return Err(FemError::NotPositiveDefinite {
+                    found_by: "conjugate gradients",
+                });
+            }
+        }
+        let is_over = iterations == before || iterations >= max_iterations;
+        if is_over || residual(matrix, fixed, own_b, own_x, r) <= target {
+            break;
         }
     }
+    for ((x, own), fixed) in x.iter_mut().zip(own_x).zip(fixed) {
+        if !fixed {
+            *x = *own;
+        }
+    }
+    Ok(iterations)
+}
+
+/// `r := b - A x` on the dofs that are not `fixed`, zero elsewhere; its norm.
+pub(crate) fn residual(matrix: &BlockMatrix, fixed: &[bool], b: &[f64], x: &[f64], r: &mut [f64]) -> f64 {
+    matrix.multiply_free(fixed, x, r);
+    for ((r, b), fixed) in r.iter_mut().zip(b).zip(fixed) {
+        if !fixed {
+            *r = b - *r;
+        }
+    }
+    norm(r)
 }

@@ -45,6 +45,7 @@ mod material;
 mod modes;
 mod multigrid;
 mod parallel;
+mod parts;
 mod patch;
 mod pattern;
 mod preconditioner;

@@ -94,6 +94,14 @@ impl Preconditioner {
         }
     }
 
+    /// Whether a row of a block or two is all that it looks at, so that it costs little where the residual is zero.
+    pub(crate) fn is_diagonal(&self) -> bool {
+        matches!(
+            self,
+            Preconditioner::None | Preconditioner::Jacobi(_) | Preconditioner::BlockJacobi(_)
+        )
+    }
+
     /// Hears how many iterations a solve took.
     pub(crate) fn note_iterations(&mut self, iterations: usize) {
         if let Preconditioner::Multigrid(levels) = self {

@@ -1,15 +1,12 @@
 //! Linear systems with prescribed values: conjugate gradients or Cholesky factorisation.
 
-use crate::cg::{self, Workspace, masked_multiply};
+use crate::cg::{self, Workspace};
 use crate::cholesky::Cholesky;
 use crate::multigrid::MultigridWork;
+use crate::parts::Parts;
 use crate::preconditioner::Preconditioner;
 use crate::vector::{first_not_finite, norm};
 use crate::{BlockMatrix, FemError};
-
-/// Rounds of conjugate gradients: another one starts when round-off has let the recurrence claim more than the true
-/// residual holds.
-const ROUNDS: usize = 3;
 
 /// Steps of iterative refinement after a Cholesky solve.
 const REFINEMENTS: usize = 2;
@@ -50,7 +47,7 @@ pub struct SolverOptions {
     pub preconditioner: PreconditionerKind,
     /// Largest residual, relative to the right-hand side on the free dofs (prescribed values moved over to it).
     pub tolerance: f64,
-    /// Most iterations of conjugate gradients.
+    /// Most iterations of conjugate gradients, for each part of a body in pieces.
     pub max_iterations: usize,
 }
 
@@ -68,7 +65,8 @@ impl Default for SolverOptions {
 /// How a solve went.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SolveInfo {
-    /// Iterations of conjugate gradients, or steps of refinement after a factorisation.
+    /// Iterations of conjugate gradients (the most that a part took, where a body in pieces is solved part by part), or steps
+    /// of refinement after a factorisation.
     pub iterations: usize,
     /// True residual `|b - A x| / |b|` on the free dofs, with `b` less the part of prescribed values, computed from `x` as
     /// returned.
@@ -84,6 +82,7 @@ pub struct LinearSolver {
     preconditioner: Preconditioner,
     cholesky: Option<Cholesky>,
     workspace: Workspace,
+    parts: Parts,
     /// Fixed dofs and those of empty rows.
     fixed: Vec<bool>,
     b: Vec<f64>,
@@ -99,6 +98,7 @@ impl LinearSolver {
             options,
             cholesky: None,
             workspace: Workspace::default(),
+            parts: Parts::default(),
             fixed: Vec::new(),
             b: Vec::new(),
             x: Vec::new(),
@@ -232,27 +232,28 @@ impl LinearSolver {
         }
     }
 
+    /// Where the preconditioner costs little for a part of the body, each is solved by itself; together they meet the tolerance.
     fn conjugate_gradients(&mut self, a: &BlockMatrix, size: f64) -> Result<usize, FemError> {
         self.preconditioner.refresh(a, &self.fixed)?;
+        let masks = if self.preconditioner.is_diagonal() {
+            self.parts.find(a, &self.fixed)
+        } else {
+            std::slice::from_ref(&self.fixed)
+        };
+        let target = self.options.tolerance * size / (masks.len() as f64).sqrt();
         let mut iterations = 0;
-        for _ in 0..ROUNDS {
-            let more = cg::iterate(
+        for mask in masks {
+            let own = cg::solve(
                 a,
-                &self.fixed,
+                mask,
                 &self.preconditioner,
                 &self.b,
                 &mut self.x,
-                self.options.tolerance,
-                self.options.max_iterations - iterations,
+                target,
+                self.options.max_iterations,
                 &mut self.workspace,
             )?;
-            iterations += more;
-            if more == 0 || iterations >= self.options.max_iterations {
-                break;
-            }
-            if self.true_residual(a, size) <= self.options.tolerance {
-                break;
-            }
+            iterations = iterations.max(own);
         }
         self.preconditioner.note_iterations(iterations);
         Ok(iterations)
@@ -277,9 +278,7 @@ impl LinearSolver {
 
     /// `self.residual := b - A x` on the free dofs; its norm over `size`.
     fn true_residual(&mut self, a: &BlockMatrix, size: f64) -> f64 {
-        masked_multiply(a, &self.fixed, &self.x, &mut self.residual);
-        self.residual.iter_mut().zip(&self.b).for_each(|(r, b)| *r = b - *r);
-        norm(&self.residual) / size
+        cg::residual(a, &self.fixed, &self.b, &self.x, &mut self.residual) / size
     }
 }
 

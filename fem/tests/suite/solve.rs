@@ -120,6 +120,67 @@ fn iteration_cap_is_flagged() {
     }
 }
 
+/// Bars of different lengths side by side, each held at one end and loaded at random, `loads` times as much.
+fn bars(lengths: [usize; 2], loads: [f64; 2]) -> (Assembler, Vec<bool>, Vec<f64>) {
+    let (mut points, mut cells) = (Vec::new(), Vec::new());
+    let (mut fixed, mut b, mut next) = (Vec::new(), Vec::new(), random(3));
+    for (k, (length, load)) in lengths.into_iter().zip(loads).enumerate() {
+        let (bar, first) = (body([length, 2, 2]), points.len());
+        cells.extend(bar.cell_ids().map(|c| bar.cell(c).map(|v| first + v.index())));
+        for p in bar.rest_positions() {
+            fixed.extend([p.x < 1e-9; 3]);
+            b.extend([(); 3].map(|()| load * next()));
+            points.push(p + kerfem_mesh::Point::new(0.0, 9.0 * k as f64, 0.0));
+        }
+    }
+    (assemble(&TetMesh::new(points, cells).unwrap()), fixed, b)
+}
+
+#[test]
+fn a_body_in_pieces_is_solved_piece_by_piece() {
+    for preconditioner in [PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi] {
+        let solve = |lengths, loads| {
+            let (assembler, fixed, b) = bars(lengths, loads);
+            let mut x = vec![0.0; b.len()];
+            let mut solver = LinearSolver::new(cg(preconditioner));
+            let info = solver.solve(assembler.stiffness(), &fixed, &b, &mut x).unwrap();
+            assert!(info.converged && residual(assembler.stiffness(), &fixed, &b, &x) <= 1e-11);
+            let mut exact = vec![0.0; b.len()];
+            let mut solver = LinearSolver::new(cholesky());
+            solver.solve(assembler.stiffness(), &fixed, &b, &mut exact).unwrap();
+            let off = x.iter().zip(&exact).map(|(x, e)| (x - e).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-8 * largest(&exact), "{off}");
+            info.iterations
+        };
+        // the loads of the first bar are the same in all
+        let alone = solve([12, 1], [1.0, 0.0]);
+        let both = solve([12, 7], [1.0, 1.0]);
+        println!("{preconditioner:?}: {alone} iterations for the longer bar, {both} for both");
+        assert!(both.abs_diff(alone) <= 2, "{both} {alone}");
+        // what carries nothing costs nothing, and what carries little is solved no better than the whole asks for
+        assert_eq!(solve([12, 7], [1.0, 0.0]), solve([12, 7], [1.0, 1e-13]));
+    }
+}
+
+/// The cap is of each piece, and hitting it in one is flagged for the whole.
+#[test]
+fn one_piece_at_its_cap_is_flagged() {
+    let (assembler, fixed, b) = bars([12, 3], [1.0, 1.0]);
+    let mut x = vec![0.0; b.len()];
+    let mut solver = LinearSolver::new(SolverOptions {
+        max_iterations: 80,
+        ..cg(PreconditionerKind::BlockJacobi)
+    });
+    let info = solver.solve(assembler.stiffness(), &fixed, &b, &mut x).unwrap();
+    assert_eq!((info.iterations, info.converged), (80, false));
+    assert!((info.residual - residual(assembler.stiffness(), &fixed, &b, &x)).abs() < 1e-9 * info.residual);
+    // the short one is solved
+    let rest: Vec<f64> = product(assembler.stiffness(), &x);
+    let first_of_short = fixed.len() - 3 * body([3, 2, 2]).vertex_slots();
+    let worst = (first_of_short..fixed.len()).filter(|&d| !fixed[d]).map(|d| (b[d] - rest[d]).abs());
+    assert!(worst.fold(0.0, f64::max) < 1e-9);
+}
+
 #[test]
 fn nothing_to_solve() {
     let done = SolveInfo {
