@@ -132,11 +132,16 @@ impl BlockIc0 {
         true
     }
 
-    /// `z := (L L^T)^-1 r`.
-    pub(crate) fn apply(&self, r: &[f64], z: &mut [f64]) {
+    /// `z := (L L^T)^-1 r`, zero in rows without a free dof, as `r` is; they cost nothing.
+    pub(crate) fn apply(&self, fixed: &[bool], r: &[f64], z: &mut [f64]) {
         let r = r.as_chunks::<3>().0;
         let z = z.as_chunks_mut::<3>().0;
+        let is_fixed = |i: usize| fixed[3 * i..3 * i + 3] == [true; 3];
         for (i, pivot) in self.pivots.iter().enumerate() {
+            if is_fixed(i) {
+                z[i] = [0.0; 3];
+                continue;
+            }
             let row = self.row(i);
             let mut y = r[i];
             for (&j, block) in self.cols[row.clone()].iter().zip(&self.lower[row]) {
@@ -144,7 +149,7 @@ impl BlockIc0 {
             }
             z[i] = small::times(pivot, &y);
         }
-        for (i, pivot) in self.pivots.iter().enumerate().rev() {
+        for (i, pivot) in self.pivots.iter().enumerate().rev().filter(|(i, _)| !is_fixed(*i)) {
             let row = self.row(i);
             let y = small::transposed_times(pivot, &z[i]);
             z[i] = y;
@@ -178,7 +183,7 @@ mod tests {
     fn quality(factor: &BlockIc0, a: &BlockMatrix) -> f64 {
         let r: Vec<f64> = (0..3 * a.rows()).map(|d| ((7 * d) % 11) as f64 - 5.0).collect();
         let (mut z, mut az) = (vec![0.0; r.len()], vec![0.0; r.len()]);
-        factor.apply(&r, &mut z);
+        factor.apply(&vec![false; r.len()], &r, &mut z);
         a.multiply(&z, &mut az);
         crate::vector::dot(&z, &az) / crate::vector::dot(&z, &r)
     }
@@ -239,7 +244,7 @@ mod tests {
         factor.refresh(&a, &fixed).unwrap();
         let r: Vec<f64> = (0..fixed.len()).map(|d| d as f64).collect();
         let mut z = vec![0.0; r.len()];
-        factor.apply(&r, &mut z);
+        factor.apply(&vec![false; r.len()], &r, &mut z);
         assert!((0..z.len()).step_by(4).all(|d| z[d] == r[d]));
     }
 }

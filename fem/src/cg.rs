@@ -17,7 +17,10 @@ struct Operator<'a> {
 }
 
 #[derive(Debug)]
-struct Inverse<'a>(&'a Preconditioner, usize);
+struct Inverse<'a> {
+    preconditioner: &'a Preconditioner,
+    fixed: &'a [bool],
+}
 
 /// The single column of each, as slices.
 fn with_columns(out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, f: impl FnOnce(&[f64], &mut [f64])) {
@@ -57,15 +60,15 @@ impl LinOp<f64> for Inverse<'_> {
     }
 
     fn nrows(&self) -> usize {
-        self.1
+        self.fixed.len()
     }
 
     fn ncols(&self) -> usize {
-        self.1
+        self.fixed.len()
     }
 
     fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _: Par, _: &mut MemStack) {
-        with_columns(out, rhs, |r, z| self.0.apply(r, z));
+        with_columns(out, rhs, |r, z| self.preconditioner.apply(self.fixed, r, z));
     }
 
     fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
@@ -135,7 +138,7 @@ pub(crate) fn solve(
     free(x, own_x);
     r.resize(n, 0.0);
     let operator = Operator { matrix, fixed };
-    let inverse = Inverse(preconditioner, n);
+    let inverse = Inverse { preconditioner, fixed };
     let need = conjugate_gradient_scratch(&inverse, &operator, 1, Par::Seq);
     if !MemStack::new(buffer).can_hold(need) {
         *buffer = MemBuffer::new(need);

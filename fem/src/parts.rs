@@ -85,7 +85,11 @@ mod tests {
                 rows.push(row.map(|j| j as u32).collect());
             }
         }
-        BlockMatrix::zeros(Pattern::new(rows.len(), |i| rows[i].len(), |i, out| out.extend(&rows[i])))
+        BlockMatrix::zeros(Pattern::new(
+            rows.len(),
+            |i| rows[i].len(),
+            |i, out| out.extend(&rows[i]),
+        ))
     }
 
     /// The free rows of each part.

@@ -72,8 +72,8 @@ impl Preconditioner {
         }
     }
 
-    /// `z :=` approximate solution for `r`.
-    pub(crate) fn apply(&self, r: &[f64], z: &mut [f64]) {
+    /// `z :=` approximate solution for `r`, which is zero at `fixed` dofs, as `z` will be.
+    pub(crate) fn apply(&self, fixed: &[bool], r: &[f64], z: &mut [f64]) {
         match self {
             Preconditioner::None => z.copy_from_slice(r),
             Preconditioner::Jacobi(inverse) => {
@@ -89,17 +89,14 @@ impl Preconditioner {
                     .zip(r.as_chunks::<3>().0.iter().zip(inverse));
                 blocks.for_each(|(z, (r, d))| *z = small::times(d, r));
             }
-            Preconditioner::BlockIc0(factor) => factor.apply(r, z),
+            Preconditioner::BlockIc0(factor) => factor.apply(fixed, r, z),
             Preconditioner::Multigrid(levels) => levels.apply(r, z),
         }
     }
 
-    /// Whether a row of a block or two is all that it looks at, so that it costs little where the residual is zero.
-    pub(crate) fn is_diagonal(&self) -> bool {
-        matches!(
-            self,
-            Preconditioner::None | Preconditioner::Jacobi(_) | Preconditioner::BlockJacobi(_)
-        )
+    /// Whether applying it to one part of a body costs no more than the share of that part.
+    pub(crate) fn costs_by_part(&self) -> bool {
+        !matches!(self, Preconditioner::Multigrid(_))
     }
 
     /// Hears how many iterations a solve took.

@@ -232,10 +232,10 @@ impl LinearSolver {
         }
     }
 
-    /// Where the preconditioner costs little for a part of the body, each is solved by itself; together they meet the tolerance.
+    /// Each part of the body is solved by itself if the preconditioner allows it; together they meet the tolerance.
     fn conjugate_gradients(&mut self, a: &BlockMatrix, size: f64) -> Result<usize, FemError> {
         self.preconditioner.refresh(a, &self.fixed)?;
-        let masks = if self.preconditioner.is_diagonal() {
+        let masks = if self.preconditioner.costs_by_part() {
             self.parts.find(a, &self.fixed)
         } else {
             std::slice::from_ref(&self.fixed)
