@@ -13,7 +13,59 @@ fn assemble(mesh: &TetMesh) -> Result<Assembler, FemError> {
 }
 
 /// Loads that iterations are counted for: they depend on it by a tenth.
-pub const LOADS: usize = 12;
+const LOADS: usize = 12;
+
+/// What a mesh costs solvers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Iterations of conjugate gradients, see [`jacobi_iterations`], for each load.
+    pub iterations: [usize; LOADS],
+    /// Longest stable step (s) of the free body, see [`stable_step`].
+    pub step: f64,
+}
+
+/// The cost of a mesh, of that of another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CostRatios {
+    /// The smallest ratio of iterations, over the loads.
+    pub least: f64,
+    /// The mean ratio of iterations.
+    pub mean: f64,
+    /// The largest ratio of iterations.
+    pub largest: f64,
+    /// The ratio of the stable steps.
+    pub step: f64,
+}
+
+impl Cost {
+    /// Of a mesh that is held where `held` (of rest positions) says.
+    ///
+    /// # Errors
+    /// [`FemError`] if a cell has no volume.
+    pub fn of(mesh: &TetMesh, held: impl Fn(Point) -> bool) -> Result<Cost, FemError> {
+        Ok(Cost {
+            iterations: jacobi_iterations(mesh, held)?,
+            step: stable_step(mesh)?,
+        })
+    }
+
+    /// Mean of the iterations over the loads.
+    pub fn mean_iterations(&self) -> f64 {
+        self.iterations.iter().sum::<usize>() as f64 / LOADS as f64
+    }
+
+    /// This cost, of another.
+    pub fn over(&self, other: &Cost) -> CostRatios {
+        let pairs = self.iterations.iter().zip(&other.iterations);
+        let ratios = pairs.map(|(own, other)| *own as f64 / *other as f64);
+        CostRatios {
+            least: ratios.clone().fold(f64::INFINITY, f64::min),
+            mean: ratios.clone().sum::<f64>() / LOADS as f64,
+            largest: ratios.fold(0.0, f64::max),
+            step: self.step / other.step,
+        }
+    }
+}
 
 /// Iterations of conjugate gradients with the diagonal as preconditioner to a relative residual of 1e-8, for the linear
 /// stiffness at rest (Poisson ratio 0.3) with the vertices where `held` (of rest positions) fixed, and those of pieces that

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use kerfem_engine::chart::{self, Across, Panel, Series};
+use kerfem_validation::conditioning::Cost;
 
 use crate::Settings;
 use crate::cases::{bodies, held, sweeps, variants};
-use crate::measure::{Quality, Reshaped, cells_touched, cut_timed, mean_size, mechanics, show};
+use crate::measure::{Quality, Reshaped, cells_touched, cut_timed, mean_size, show};
 
 const HEAD: [&str; 20] = [
     "method",
@@ -64,7 +65,7 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
     let mut rows = Vec::new();
     for (body, mesh) in bodies(settings.cells)? {
         let uncut = Quality::of(&mesh);
-        let (iterations, step) = mechanics(&mesh, held)?;
+        let cost = Cost::of(&mesh, held)?;
         let h = mean_size(&mesh);
         for (sweep_name, sweep) in sweeps() {
             writeln!(
@@ -91,8 +92,8 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
                 String::new(),
                 String::new(),
                 String::new(),
-                show(iterations),
-                format!("{} s", show(step)),
+                show(cost.mean_iterations()),
+                format!("{} s", show(cost.step)),
                 String::new(),
                 String::new(),
             ];
@@ -103,7 +104,7 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
                 let created = Reshaped::of(&cut.mesh, &cut.outcome.change);
                 let touched = cells_touched(&mesh, &cut.outcome.change);
                 let micros = 1e6 * cut.seconds / touched.max(1) as f64;
-                let (own_iterations, own_step) = mechanics(&cut.mesh, held)?;
+                let ratios = Cost::of(&cut.mesh, held)?.over(&cost);
                 let line = [
                     name.clone(),
                     show(q.cells as f64 / uncut.cells as f64),
@@ -125,8 +126,8 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
                     show(report.max_distance_to_sweep / h),
                     touched.to_string(),
                     show(micros),
-                    show(own_iterations / iterations),
-                    show(own_step / step),
+                    show(ratios.mean),
+                    show(ratios.step),
                     report.operations.to_string(),
                     report.refused.first().map_or(String::new(), ToString::to_string),
                 ];
@@ -137,8 +138,8 @@ pub(crate) fn run(settings: &Settings) -> Result<String, Box<dyn std::error::Err
                     cells: q.cells as f64 / uncut.cells as f64,
                     worst: q.min_ratio / uncut.min_ratio,
                     created: created.mean_ratio,
-                    iterations: own_iterations / iterations,
-                    step: own_step / step,
+                    iterations: ratios.mean,
+                    step: ratios.step,
                     micros,
                 });
             }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use kerfem_cutting::{CutOptions, CutOutcome, Sweep, cut};
 use kerfem_mesh::{BoxTree, MeshChange, Point, TetMesh, VertexId, quality};
-use kerfem_validation::{ValidationError, conditioning};
+use kerfem_validation::ValidationError;
 
 /// A longest edge over inradius above which Y6 calls a cell bad.
 const BAD: f64 = 200.0;
@@ -125,13 +125,6 @@ pub(crate) fn cells_touched(before: &TetMesh, change: &MeshChange<4>) -> usize {
 /// Mean edge (m) of a mesh before any cut.
 pub(crate) fn mean_size(mesh: &TetMesh) -> f64 {
     mesh.vertex_ids().map(|v: VertexId| mesh.local_size(v)).sum::<f64>() / mesh.num_vertices().max(1) as f64
-}
-
-/// Iterations of a static solve, the mean over loads, and the stable explicit step (s).
-pub(crate) fn mechanics(mesh: &TetMesh, held: impl Fn(Point) -> bool) -> Result<(f64, f64), ValidationError> {
-    let iterations = conditioning::jacobi_iterations(mesh, held)?;
-    let mean = iterations.iter().sum::<usize>() as f64 / iterations.len() as f64;
-    Ok((mean, conditioning::stable_step(mesh)?))
 }
 
 /// A number in three digits, for tables.

@@ -91,7 +91,10 @@ fn f24_the_stress_intensity_of_an_edge_crack() {
         ] {
             for (&n, figure) in sizes.iter().zip(figures) {
                 let found = error(n, order, method);
-                println!("{method}, order {order}, h = a/{}: K_I off by {found:.2}%, F24 {figure}%", n / 2);
+                println!(
+                    "{method}, order {order}, h = a/{}: K_I off by {found:.2}%, F24 {figure}%",
+                    n / 2
+                );
                 assert!((found - figure).abs() < 0.1, "{method} {order} {n}: {found} {figure}");
             }
         }
