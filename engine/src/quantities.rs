@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 
 use kerfem_mesh::{FacetSide, Point, VertexId};
+use nalgebra::Vector3;
 
+use crate::equilibrium::mass_times;
 use crate::jump::jump;
 use crate::probes::locate;
+use crate::state::nodal;
 use crate::stress_intensity::stress_intensity;
 use crate::{Axis, Component, EngineError, QuantitySpec, Simulation};
 
@@ -31,6 +34,8 @@ impl<const N: usize> Simulation<N> {
                 }
             } else if q.jump.is_some() || q.stress_intensity.is_some() {
                 // a cut to come may open there
+            } else if q.energy.is_some() || q.momentum.is_some() || q.angular_momentum.is_some() {
+                // of the whole body
             } else if q.mean.is_some() {
                 if self.facets_of(q).next().is_none() {
                     return fail("where", nothing("boundary facet"));
@@ -87,10 +92,29 @@ impl<const N: usize> Simulation<N> {
         if let Some(axis) = q.reaction {
             return self.reaction(axis, q);
         }
+        if let Some(axis) = q.momentum {
+            return Some(self.momenta()[0][axis as usize]);
+        }
+        if let Some(axis) = q.angular_momentum {
+            return Some(self.momenta()[1][axis as usize]);
+        }
         if let Some(crack) = &q.stress_intensity {
             return stress_intensity(&self.mesh, &self.assembler, &self.state.u, crack);
         }
         Some(self.energies.elastic)
+    }
+
+    /// Linear momentum (kg m/s) and angular momentum about the origin (kg m²/s), of the mass that the body moves with.
+    fn momenta(&self) -> [Vector3<f64>; 2] {
+        let mut carried = vec![0.0; self.state.v.len()];
+        mass_times(&self.body(), &self.state.v, &mut carried);
+        let mut momenta = [Vector3::zeros(); 2];
+        for v in self.mesh.vertex_ids() {
+            let (place, own) = (self.mesh.rest_position(v) + nodal(&self.state.u, v), nodal(&carried, v));
+            momenta[0] += own;
+            momenta[1] += place.cross(&own);
+        }
+        momenta
     }
 
     fn component(&self, v: VertexId, component: Component) -> f64 {

@@ -458,6 +458,8 @@ impl Scene {
                 ("point", q.point.is_some()),
                 ("jump", q.jump.is_some()),
                 ("energy", q.energy.is_some()),
+                ("momentum", q.momentum.is_some()),
+                ("angular_momentum", q.angular_momentum.is_some()),
                 ("reaction", q.reaction.is_some()),
                 ("KI", q.stress_intensity.is_some()),
             ];
@@ -532,8 +534,8 @@ impl Scene {
                 "it belongs to \"point\" and \"jump\", none of which is given",
             );
         }
-        let by_place = q.point.is_some() || q.jump.is_some() || q.stress_intensity.is_some();
-        if q.r#where.is_some() && (by_place || q.energy.is_some()) {
+        let by_vertices = q.mean.is_some() || q.max.is_some() || q.min.is_some() || q.reaction.is_some();
+        if q.r#where.is_some() && !by_vertices {
             let message = "it belongs to \"mean\", \"max\", \"min\", \"reaction\", none of which is given";
             return self.fail("quantity", i, "where", message);
         }

@@ -570,7 +570,8 @@ pub struct ProbeSpec {
     pub point: Components<f64>,
 }
 
-/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `jump`, `energy`, `reaction`, `KI`.
+/// One number of the last state: exactly one of `mean`, `max`, `min`, `point`, `jump`, `energy`, `momentum`, `angular_momentum`,
+/// `reaction`, `KI`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -591,6 +592,10 @@ pub struct QuantitySpec {
     pub component: Option<Component>,
     /// The elastic energy (J).
     pub energy: Option<bool>,
+    /// Momentum along an axis (kg m/s), of the mass that the body moves with.
+    pub momentum: Option<Axis>,
+    /// Angular momentum about an axis through the origin (kg m²/s), of that mass at current positions.
+    pub angular_momentum: Option<Axis>,
     /// Sum of the reaction forces (N) along an axis over the fixed vertices of `where`.
     pub reaction: Option<Axis>,
     /// Stress intensity factor of a crack in opening mode (Pa sqrt(m)), by the opening of its lips; no value where no crack ends.

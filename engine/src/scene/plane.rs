@@ -139,10 +139,15 @@ impl Scene {
                 ("max", q.max == Some(Component::Uz)),
                 ("min", q.min == Some(Component::Uz)),
                 ("component", q.component == Some(Component::Uz)),
+                ("momentum", q.momentum == Some(Axis::Z)),
                 ("reaction", q.reaction == Some(Axis::Z)),
             ];
             if let Some((key, _)) = along_z.iter().find(|(_, z)| *z && dimension == 2) {
                 return self.fail("quantity", i, key, format!("z is not accepted, {IN_PLANE}"));
+            }
+            if dimension == 2 && q.angular_momentum.is_some_and(|axis| axis != Axis::Z) {
+                let message = format!("an axis in the plane is not accepted, {IN_PLANE}; \"z\" is");
+                return self.fail("quantity", i, "angular_momentum", message);
             }
         }
         Ok(())

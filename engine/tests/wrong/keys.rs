@@ -466,6 +466,20 @@ pub(crate) const KEYS: &[Row] = &[
         &["it belongs to \"mean\", \"max\", \"min\", \"reaction\""],
     ),
     (
+        "a place for a momentum",
+        "mean = 'uz'",
+        "momentum = 'z'",
+        "scene.toml:25: quantity.where",
+        &["it belongs to \"mean\", \"max\", \"min\", \"reaction\""],
+    ),
+    (
+        "an angular momentum about nothing",
+        "mean = 'uz'\nwhere = 'x > 1.999'",
+        "angular_momentum = 'w'",
+        "scene.toml:24: quantity.angular_momentum",
+        &["\"w\" is not accepted", "\"x\", \"y\", \"z\""],
+    ),
+    (
         "a mean of no place",
         "where = 'x > 1.999'",
         "",
@@ -576,6 +590,20 @@ pub(crate) const PLANAR_KEYS: &[Row] = &[
         "[[quantity]]\nname = 'q'\nmean = 'uz'\nwhere = 'x > 1'\n[[load]]",
         "scene.toml:14: quantity.mean",
         &["z is not accepted"],
+    ),
+    (
+        "a momentum out of the plane",
+        "[[load]]",
+        "[[quantity]]\nname = 'q'\nmomentum = 'z'\n[[load]]",
+        "scene.toml:14: quantity.momentum",
+        &["z is not accepted"],
+    ),
+    (
+        "an angular momentum in the plane",
+        "[[load]]",
+        "[[quantity]]\nname = 'q'\nangular_momentum = 'x'\n[[load]]",
+        "scene.toml:14: quantity.angular_momentum",
+        &["an axis in the plane is not accepted", "\"z\" is"],
     ),
     (
         "a reaction out of the plane",
