@@ -47,6 +47,16 @@ pub mod solvers {}
 #[doc = ""]
 #[doc = include_str!("../../docs/book/study_map_momentum.svg")]
 #[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_scheme_eps.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_scheme_poisson.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_bent.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_sliver.svg")]
+#[doc = ""]
+#[doc = include_str!("../../docs/book/study_map_crack.svg")]
+#[doc = ""]
 #[doc = include_str!("../../docs/book/studies.md")]
 pub mod studies {}
 

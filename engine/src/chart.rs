@@ -278,6 +278,9 @@ fn draw_panel<B: DrawingBackend>(
     Ok(())
 }
 
+/// The largest number of a map over the smallest, at least, that all colours are spent on: what differs little looks alike.
+const ALL_COLORS: f64 = 1.5;
+
 /// Dark blue for the smallest of some numbers, yellow for the largest, by their logarithms.
 fn shade(value: f64, range: &Range<f64>) -> RGBColor {
     const STOPS: [[f64; 3]; 4] = [
@@ -323,6 +326,7 @@ fn draw_map<B: DrawingBackend>(
     let high = (height as i32 - top - 56) / map.rows.len().max(1) as i32;
     let seen = map.values.iter().flatten().copied().filter(|v| shown(*v));
     let range = seen.fold(f64::INFINITY..0.0, |r, v| r.start.min(v)..r.end.max(v));
+    let range = range.start..range.end.max(ALL_COLORS * range.start);
     for (k, value) in map.values.iter().enumerate() {
         let (column, row) = ((k % map.columns.len()) as i32, (k / map.columns.len()) as i32);
         let x = left + column * wide;

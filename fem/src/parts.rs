@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn small_parts_are_taken_together() {
         let a = chains(&[1, 20, 2, 20, 1]);
-        let found = free_rows(&a, &vec![false; 3 * 44]);
+        let found = free_rows(&a, &[false; 3 * 44]);
         assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [20, 20, 4]);
         assert_eq!(found[2], [0, 21, 22, 43]);
     }
