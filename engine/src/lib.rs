@@ -44,7 +44,7 @@ mod equilibrium;
 mod error;
 mod explicit;
 mod expression;
-mod fit;
+pub mod fit;
 pub mod geometry;
 mod input;
 mod jump;

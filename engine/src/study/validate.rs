@@ -111,17 +111,7 @@ fn order(key: &str, rows: &[&Row], k: usize) -> Option<f64> {
         as_number(value).or_else(|| as_number(value.as_array()?.first()?))
     };
     let points = rows.iter().map(|row| Some((size(&row)?, row.figures[k].error?)));
-    fitted_order(&points.collect::<Option<Vec<_>>>()?)
-}
-
-/// The slope of the straight line that fits best through the logarithms of what is refined and of its error, positive where the
-/// error shrinks along the line; none for fewer than two points. A run that is its own reference has no error and says nothing.
-fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
-    let with_error = points.iter().filter(|(_, error)| *error != 0.0);
-    let points: Vec<(f64, f64)> = with_error.map(|(size, error)| (size.ln(), error.ln())).collect();
-    let grows = points.last()?.0 > points.first()?.0;
-    let (_, slope) = fit::line(&points);
-    slope.is_finite().then_some(if grows { -slope } else { slope })
+    fit::order(&points.collect::<Option<Vec<_>>>()?)
 }
 
 /// The table of all verdicts, as Markdown that can be read as it stands.
@@ -182,21 +172,4 @@ pub fn verdict_table(verdicts: &[Verdict]) -> String {
         line(&row.each_ref().map(String::as_str), ' ');
     }
     table
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fitted_order;
-
-    #[test]
-    fn the_order_is_that_of_the_errors_there_are() {
-        let error = |h: f64| (h, 3.0 * h * h);
-        assert!((fitted_order(&[error(0.4), error(0.2), error(0.1)]).unwrap() - 2.0).abs() < 1e-12);
-        // refined by the number of cells
-        assert!((fitted_order(&[(10.0, 0.04), (20.0, 0.01)]).unwrap() - 2.0).abs() < 1e-12);
-        // the finest run is the reference
-        assert!((fitted_order(&[error(0.4), error(0.2), (0.1, 0.0)]).unwrap() - 2.0).abs() < 1e-12);
-        assert_eq!(fitted_order(&[error(0.4), (0.2, 0.0)]), None);
-        assert_eq!(fitted_order(&[]), None);
-    }
 }
