@@ -1,5 +1,6 @@
 //! Incomplete Cholesky factorisation by blocks, without fill.
 
+use crate::parts::Rows;
 use crate::preconditioner::diagonal;
 use crate::small::{self, Block, inverse_cholesky, masked, minus_times, minus_transposed_times, times_transposed};
 use crate::{BlockMatrix, FemError};
@@ -132,29 +133,28 @@ impl BlockIc0 {
         true
     }
 
-    /// `z := (L L^T)^-1 r`, zero in rows without a free dof, as `r` is; they cost nothing.
-    pub(crate) fn apply(&self, fixed: &[bool], r: &[f64], z: &mut [f64]) {
+    /// `z := (L L^T)^-1 r`, for `r` and `z` of some rows that no others are coupled to.
+    pub(crate) fn apply(&self, rows: Rows<'_>, r: &[f64], z: &mut [f64]) {
         let r = r.as_chunks::<3>().0;
         let z = z.as_chunks_mut::<3>().0;
-        let is_fixed = |i: usize| fixed[3 * i..3 * i + 3] == [true; 3];
-        for (i, pivot) in self.pivots.iter().enumerate() {
-            if is_fixed(i) {
-                z[i] = [0.0; 3];
-                continue;
-            }
+        for (k, i) in rows.iter().enumerate() {
             let row = self.row(i);
-            let mut y = r[i];
+            let mut y = r[k];
             for (&j, block) in self.cols[row.clone()].iter().zip(&self.lower[row]) {
-                y = minus_times(y, block, &z[j as usize]);
+                if let Some(place) = rows.place(j) {
+                    y = minus_times(y, block, &z[place]);
+                }
             }
-            z[i] = small::times(pivot, &y);
+            z[k] = small::times(&self.pivots[i], &y);
         }
-        for (i, pivot) in self.pivots.iter().enumerate().rev().filter(|(i, _)| !is_fixed(*i)) {
+        for (k, i) in rows.iter().enumerate().rev() {
             let row = self.row(i);
-            let y = small::transposed_times(pivot, &z[i]);
-            z[i] = y;
+            let y = small::transposed_times(&self.pivots[i], &z[k]);
+            z[k] = y;
             for (&j, block) in self.cols[row.clone()].iter().zip(&self.lower[row]) {
-                z[j as usize] = minus_transposed_times(z[j as usize], block, &y);
+                if let Some(place) = rows.place(j) {
+                    z[place] = minus_transposed_times(z[place], block, &y);
+                }
             }
         }
     }
@@ -165,6 +165,7 @@ mod tests {
     use kerfem_mesh::generate;
 
     use super::*;
+    use crate::parts::Parts;
     use crate::{Assembler, LinearSolver, Material, PreconditionerKind, SolverKind, SolverOptions};
 
     /// A stiffness with all dofs free and its diagonal blocks multiplied by `factor`.
@@ -183,7 +184,7 @@ mod tests {
     fn quality(factor: &BlockIc0, a: &BlockMatrix) -> f64 {
         let r: Vec<f64> = (0..3 * a.rows()).map(|d| ((7 * d) % 11) as f64 - 5.0).collect();
         let (mut z, mut az) = (vec![0.0; r.len()], vec![0.0; r.len()]);
-        factor.apply(&vec![false; r.len()], &r, &mut z);
+        factor.apply(Parts::default().all(a), &r, &mut z);
         a.multiply(&z, &mut az);
         crate::vector::dot(&z, &az) / crate::vector::dot(&z, &r)
     }
@@ -244,7 +245,7 @@ mod tests {
         factor.refresh(&a, &fixed).unwrap();
         let r: Vec<f64> = (0..fixed.len()).map(|d| d as f64).collect();
         let mut z = vec![0.0; r.len()];
-        factor.apply(&vec![false; r.len()], &r, &mut z);
+        factor.apply(Parts::default().all(&a), &r, &mut z);
         assert!((0..z.len()).step_by(4).all(|d| z[d] == r[d]));
     }
 }

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sprs::CsMat;
 
+use crate::parts::Rows;
 use crate::pattern::Pattern;
 use crate::small::times;
 
@@ -57,16 +58,20 @@ impl BlockMatrix {
         fill_rows(y, |i| self.row_times(i, x));
     }
 
-    /// `y := A x` on the free dofs and zero at `fixed` ones, of which `x` has none. Rows without a free dof cost nothing.
-    pub(crate) fn multiply_free(&self, fixed: &[bool], x: &[f64], y: &mut [f64]) {
+    /// `y := A x` on the free dofs of some rows, for `x` and `y` of these rows; `x` is zero at `fixed` dofs, and `y` will be.
+    pub(crate) fn multiply_rows(&self, rows: Rows<'_>, fixed: &[bool], x: &[f64], y: &mut [f64]) {
         let (x, fixed) = (x.as_chunks::<3>().0, fixed.as_chunks::<3>().0);
-        fill_rows(y, |i| match fixed[i] {
-            [false, false, false] => self.row_times(i, x),
-            [true, true, true] => [0.0; 3],
-            mixed => {
-                let y = self.row_times(i, x);
-                std::array::from_fn(|axis| if mixed[axis] { 0.0 } else { y[axis] })
+        fill_rows(y, |k| {
+            let i = rows.row(k);
+            let (cols, blocks) = self.row(i);
+            let mut y = [0.0; 3];
+            for (&c, block) in cols.iter().zip(blocks) {
+                if let Some(place) = rows.place(c) {
+                    let p = times(block, &x[place]);
+                    y = [y[0] + p[0], y[1] + p[1], y[2] + p[2]];
+                }
             }
+            std::array::from_fn(|axis| if fixed[i][axis] { 0.0 } else { y[axis] })
         });
     }
 

@@ -5,21 +5,23 @@ use faer::matrix_free::conjugate_gradient::{CgError, CgParams, conjugate_gradien
 use faer::matrix_free::{InitialGuessStatus, LinOp, Precond};
 use faer::{MatMut, MatRef, Par};
 
+use crate::parts::Rows;
 use crate::preconditioner::Preconditioner;
 use crate::vector::norm;
 use crate::{BlockMatrix, FemError};
 
-/// A matrix as it acts on the free dofs: what it gives at fixed ones is set to zero. Its arguments are zero there.
+/// A matrix as it acts on the free dofs of some rows: what it gives at fixed ones is set to zero. Its arguments are zero there.
 #[derive(Debug)]
 struct Operator<'a> {
     matrix: &'a BlockMatrix,
+    rows: Rows<'a>,
     fixed: &'a [bool],
 }
 
 #[derive(Debug)]
 struct Inverse<'a> {
     preconditioner: &'a Preconditioner,
-    fixed: &'a [bool],
+    rows: Rows<'a>,
 }
 
 /// The single column of each, as slices.
@@ -38,15 +40,15 @@ impl LinOp<f64> for Operator<'_> {
     }
 
     fn nrows(&self) -> usize {
-        self.fixed.len()
+        3 * self.rows.len()
     }
 
     fn ncols(&self) -> usize {
-        self.fixed.len()
+        3 * self.rows.len()
     }
 
     fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _: Par, _: &mut MemStack) {
-        with_columns(out, rhs, |x, y| self.matrix.multiply_free(self.fixed, x, y));
+        with_columns(out, rhs, |x, y| self.matrix.multiply_rows(self.rows, self.fixed, x, y));
     }
 
     fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
@@ -60,15 +62,15 @@ impl LinOp<f64> for Inverse<'_> {
     }
 
     fn nrows(&self) -> usize {
-        self.fixed.len()
+        3 * self.rows.len()
     }
 
     fn ncols(&self) -> usize {
-        self.fixed.len()
+        3 * self.rows.len()
     }
 
     fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _: Par, _: &mut MemStack) {
-        with_columns(out, rhs, |r, z| self.preconditioner.apply(self.fixed, r, z));
+        with_columns(out, rhs, |r, z| self.preconditioner.apply(self.rows, r, z));
     }
 
     fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
@@ -107,14 +109,16 @@ impl std::fmt::Debug for Workspace {
     }
 }
 
-/// Solves `A x = b` on the dofs that are not `fixed`, from the values of `x` there, until the norm of the true residual is below
-/// `target` or for `max_iterations`; the number of iterations. The matrix couples nothing to fixed dofs at which `x` is not zero.
+/// Solves `A x = b` on the free dofs of some rows that no others are coupled to, from the values of `x` there, until the norm of the
+/// true residual is below `target`, for `max_iterations`, or until round-off lets it come no closer; the number of iterations. `b` and
+/// `x` are those of all rows.
 ///
 /// # Errors
 /// [`FemError::NotPositiveDefinite`] if a direction of negative curvature (or a NaN) turns up; `x` is then as it was.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn solve(
     matrix: &BlockMatrix,
+    rows: Rows<'_>,
     fixed: &[bool],
     preconditioner: &Preconditioner,
     b: &[f64],
@@ -123,22 +127,23 @@ pub(crate) fn solve(
     max_iterations: usize,
     workspace: &mut Workspace,
 ) -> Result<usize, FemError> {
-    let n = b.len();
+    let n = 3 * rows.len();
+    let dofs = || rows.iter().flat_map(|i| 3 * i..3 * i + 3);
     let Workspace {
         buffer,
         b: own_b,
         x: own_x,
         residual: r,
     } = workspace;
-    let free = |v: &[f64], own: &mut Vec<f64>| {
+    let gather = |v: &[f64], own: &mut Vec<f64>| {
         own.clear();
-        own.extend(v.iter().zip(fixed).map(|(v, fixed)| if *fixed { 0.0 } else { *v }));
+        own.extend(dofs().map(|d| if fixed[d] { 0.0 } else { v[d] }));
     };
-    free(b, own_b);
-    free(x, own_x);
+    gather(b, own_b);
+    gather(x, own_x);
     r.resize(n, 0.0);
-    let operator = Operator { matrix, fixed };
-    let inverse = Inverse { preconditioner, fixed };
+    let operator = Operator { matrix, rows, fixed };
+    let inverse = Inverse { preconditioner, rows };
     let need = conjugate_gradient_scratch(&inverse, &operator, 1, Par::Seq);
     if !MemStack::new(buffer).can_hold(need) {
         *buffer = MemBuffer::new(need);
@@ -173,25 +178,28 @@ pub(crate) fn solve(
             }
         }
         let is_over = iterations == before || iterations >= max_iterations;
-        if is_over || residual(matrix, fixed, own_b, own_x, r) <= target {
+        if is_over || residual(matrix, rows, fixed, own_b, own_x, r) <= target {
             break;
         }
     }
-    for ((x, own), fixed) in x.iter_mut().zip(own_x).zip(fixed) {
-        if !fixed {
-            *x = *own;
+    for (d, own) in dofs().zip(own_x) {
+        if !fixed[d] {
+            x[d] = *own;
         }
     }
     Ok(iterations)
 }
 
-/// `r := b - A x` on the dofs that are not `fixed`, zero elsewhere; its norm.
-pub(crate) fn residual(matrix: &BlockMatrix, fixed: &[bool], b: &[f64], x: &[f64], r: &mut [f64]) -> f64 {
-    matrix.multiply_free(fixed, x, r);
-    for ((r, b), fixed) in r.iter_mut().zip(b).zip(fixed) {
-        if !fixed {
-            *r = b - *r;
-        }
-    }
+/// `r := b - A x` on the free dofs of some rows, for vectors of these rows; its norm. `b` and `x` are zero at `fixed` dofs.
+pub(crate) fn residual(
+    matrix: &BlockMatrix,
+    rows: Rows<'_>,
+    fixed: &[bool],
+    b: &[f64],
+    x: &[f64],
+    r: &mut [f64],
+) -> f64 {
+    matrix.multiply_rows(rows, fixed, x, r);
+    r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
     norm(r)
 }

@@ -5,6 +5,42 @@ use crate::BlockMatrix;
 /// A part that has fewer rows than all divided by this is taken together with the other small ones.
 const SMALLEST: usize = 8;
 
+/// Stands for the place of a row that is not looked at.
+const NOWHERE: u32 = u32::MAX;
+
+/// Block rows of a system, ascending, that are solved for; vectors have three entries for each of these only.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rows<'a> {
+    rows: &'a [u32],
+    /// By row of the whole system: which of the rows it is, of those that it is coupled to.
+    places: &'a [u32],
+}
+
+impl<'a> Rows<'a> {
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The number of the `k`-th in the whole system.
+    #[inline]
+    pub(crate) fn row(&self, k: usize) -> usize {
+        self.rows[k] as usize
+    }
+
+    /// Where the entries of a row of the whole system are that one of these is coupled to; none of rows without a free dof.
+    #[inline]
+    pub(crate) fn place(&self, row: u32) -> Option<usize> {
+        let place = self.places[row as usize];
+        (place != NOWHERE).then_some(place as usize)
+    }
+
+    /// Their numbers in the whole system.
+    pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = usize> + ExactSizeIterator + use<'a> {
+        self.rows.iter().map(|&i| i as usize)
+    }
+}
+
 /// The uncoupled parts of a matrix on its free dofs, as far as each is large.
 ///
 /// Conjugate gradients on two parts at once must meet the eigenvalues of both with one sequence of steps; on each by itself they
@@ -14,36 +50,54 @@ pub(crate) struct Parts {
     /// Of the pattern they were found for.
     stamp: u64,
     fixed: Vec<bool>,
-    masks: Vec<Vec<bool>>,
+    /// Rows with a free dof, by part.
+    parts: Vec<Vec<u32>>,
+    /// By row: which of its part it is.
+    places: Vec<u32>,
+    /// All rows, each its own place.
+    all: Vec<u32>,
 }
 
 impl Parts {
-    /// For each part the dofs that are fixed or belong to others: `fixed` itself if there is one part only.
-    pub(crate) fn find(&mut self, a: &BlockMatrix, fixed: &[bool]) -> &[Vec<bool>] {
+    /// Every row, those without a free dof too.
+    pub(crate) fn all(&mut self, a: &BlockMatrix) -> Rows<'_> {
+        self.all.truncate(a.rows());
+        self.all.extend(self.all.len() as u32..a.rows() as u32);
+        Rows {
+            rows: &self.all,
+            places: &self.all,
+        }
+    }
+
+    /// The parts, found anew if the pattern or the fixed dofs are others than before.
+    pub(crate) fn find(&mut self, a: &BlockMatrix, fixed: &[bool]) -> impl ExactSizeIterator<Item = Rows<'_>> {
         if self.stamp != a.pattern.stamp() || self.fixed != fixed {
             self.stamp = a.pattern.stamp();
             self.fixed.clear();
             self.fixed.extend_from_slice(fixed);
-            self.masks = masks(a, fixed);
+            self.parts = grouped(uncoupled(a, fixed));
+            self.places.clear();
+            self.places.resize(a.rows(), NOWHERE);
+            for part in &self.parts {
+                for (place, &row) in part.iter().enumerate() {
+                    self.places[row as usize] = place as u32;
+                }
+            }
         }
-        &self.masks
+        let places = &self.places;
+        self.parts.iter().map(move |rows| Rows { rows, places })
     }
 }
 
-fn masks(a: &BlockMatrix, fixed: &[bool]) -> Vec<Vec<bool>> {
-    let parts = uncoupled(a, fixed);
+/// Large parts as they are, and the small ones as one; rows ascend in each.
+fn grouped(parts: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let rows: usize = parts.iter().map(Vec::len).sum();
-    let (large, small): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| SMALLEST * part.len() >= rows);
-    let rest = small.concat();
-    let groups = large.iter().chain((!rest.is_empty()).then_some(&rest));
-    let mask = |rows: &Vec<u32>| {
-        let mut mask = vec![true; fixed.len()];
-        for dofs in rows.iter().map(|&i| 3 * i as usize..3 * i as usize + 3) {
-            mask[dofs.clone()].copy_from_slice(&fixed[dofs]);
-        }
-        mask
-    };
-    groups.map(mask).collect()
+    let (mut groups, small): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| SMALLEST * part.len() >= rows);
+    if !small.is_empty() {
+        groups.push(small.concat());
+    }
+    groups.iter_mut().for_each(|group| group.sort_unstable());
+    groups
 }
 
 /// Rows with a free dof, by the part that they belong to.
@@ -92,31 +146,32 @@ mod tests {
         ))
     }
 
-    /// The free rows of each part.
-    fn free_rows(a: &BlockMatrix, fixed: &[bool]) -> Vec<Vec<usize>> {
-        let free = |mask: &Vec<bool>| (0..a.rows()).filter(|i| !mask[3 * i]).collect();
-        Parts::default().find(a, fixed).iter().map(free).collect()
+    fn found(parts: &mut Parts, a: &BlockMatrix, fixed: &[bool]) -> Vec<Vec<usize>> {
+        parts.find(a, fixed).map(|rows| rows.iter().collect()).collect()
     }
 
     #[test]
     fn chains_are_parts_and_fixed_rows_divide_them() {
-        let a = chains(&[3, 4]);
+        let (a, mut parts) = (chains(&[3, 4]), Parts::default());
         let mut fixed = vec![false; 21];
-        assert_eq!(free_rows(&a, &fixed), [vec![0, 1, 2], vec![3, 4, 5, 6]]);
+        assert_eq!(found(&mut parts, &a, &fixed), [vec![0, 1, 2], vec![3, 4, 5, 6]]);
         fixed[15..18].fill(true);
-        assert_eq!(free_rows(&a, &fixed), [vec![0, 1, 2], vec![3, 4], vec![6]]);
+        assert_eq!(found(&mut parts, &a, &fixed), [vec![0, 1, 2], vec![3, 4], vec![6]]);
+        let second = parts.find(&a, &fixed).nth(1).unwrap();
+        assert_eq!((second.len(), second.row(1)), (2, 4));
+        assert_eq!([3, 4, 5].map(|row| second.place(row)), [Some(0), Some(1), None]);
         // one dof of three still couples
         fixed[16] = false;
-        assert_eq!(free_rows(&a, &fixed).len(), 2);
-        assert!(free_rows(&a, &[true; 21]).is_empty());
+        assert_eq!(found(&mut parts, &a, &fixed).len(), 2);
+        assert!(found(&mut parts, &a, &[true; 21]).is_empty());
+        assert_eq!(parts.all(&a).iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6]);
     }
 
     #[test]
     fn small_parts_are_taken_together() {
-        let a = chains(&[1, 20, 2, 20, 1]);
-        let found = free_rows(&a, &[false; 3 * 44]);
-        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [20, 20, 4]);
-        assert_eq!(found[2], [0, 21, 22, 43]);
+        let parts = found(&mut Parts::default(), &chains(&[1, 20, 2, 20, 1]), &[false; 3 * 44]);
+        assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [20, 20, 4]);
+        assert_eq!(parts[2], [0, 21, 22, 43]);
     }
 
     #[test]

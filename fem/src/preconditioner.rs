@@ -2,6 +2,7 @@
 
 use crate::block_ic0::BlockIc0;
 use crate::multigrid::Multigrid;
+use crate::parts::Rows;
 use crate::small::{self, Block, IDENTITY, masked_diagonal};
 use crate::solver::PreconditionerKind;
 use crate::{BlockMatrix, FemError};
@@ -72,31 +73,32 @@ impl Preconditioner {
         }
     }
 
-    /// `z :=` approximate solution for `r`, which is zero at `fixed` dofs, as `z` will be.
-    pub(crate) fn apply(&self, fixed: &[bool], r: &[f64], z: &mut [f64]) {
+    /// `z :=` approximate solution for `r`, both of some rows that no others are coupled to; of all if it takes a body whole.
+    pub(crate) fn apply(&self, rows: Rows<'_>, r: &[f64], z: &mut [f64]) {
         match self {
             Preconditioner::None => z.copy_from_slice(r),
             Preconditioner::Jacobi(inverse) => {
-                z.iter_mut()
-                    .zip(r.iter().zip(inverse))
-                    .for_each(|(z, (r, d))| *z = r * d);
+                let inverse = inverse.as_chunks::<3>().0;
+                let r = r.as_chunks::<3>().0;
+                for (k, (z, r)) in z.as_chunks_mut::<3>().0.iter_mut().zip(r).enumerate() {
+                    let d = &inverse[rows.row(k)];
+                    *z = [r[0] * d[0], r[1] * d[1], r[2] * d[2]];
+                }
             }
             Preconditioner::BlockJacobi(inverse) => {
-                let blocks = z
-                    .as_chunks_mut::<3>()
-                    .0
-                    .iter_mut()
-                    .zip(r.as_chunks::<3>().0.iter().zip(inverse));
-                blocks.for_each(|(z, (r, d))| *z = small::times(d, r));
+                let r = r.as_chunks::<3>().0;
+                for (k, (z, r)) in z.as_chunks_mut::<3>().0.iter_mut().zip(r).enumerate() {
+                    *z = small::times(&inverse[rows.row(k)], r);
+                }
             }
-            Preconditioner::BlockIc0(factor) => factor.apply(fixed, r, z),
+            Preconditioner::BlockIc0(factor) => factor.apply(rows, r, z),
             Preconditioner::Multigrid(levels) => levels.apply(r, z),
         }
     }
 
-    /// Whether applying it to one part of a body costs no more than the share of that part.
-    pub(crate) fn costs_by_part(&self) -> bool {
-        !matches!(self, Preconditioner::Multigrid(_))
+    /// Whether it can be applied to all rows only.
+    pub(crate) fn takes_all(&self) -> bool {
+        matches!(self, Preconditioner::Multigrid(_))
     }
 
     /// Hears how many iterations a solve took.

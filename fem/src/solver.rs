@@ -3,7 +3,7 @@
 use crate::cg::{self, Workspace};
 use crate::cholesky::Cholesky;
 use crate::multigrid::MultigridWork;
-use crate::parts::Parts;
+use crate::parts::{Parts, Rows};
 use crate::preconditioner::Preconditioner;
 use crate::vector::{first_not_finite, norm};
 use crate::{BlockMatrix, FemError};
@@ -232,20 +232,20 @@ impl LinearSolver {
         }
     }
 
-    /// Each part of the body is solved by itself if the preconditioner allows it; together they meet the tolerance.
+    /// Each part of the body is solved by itself if the preconditioner can do so; together they meet the tolerance.
     fn conjugate_gradients(&mut self, a: &BlockMatrix, size: f64) -> Result<usize, FemError> {
         self.preconditioner.refresh(a, &self.fixed)?;
-        let masks = if self.preconditioner.costs_by_part() {
-            self.parts.find(a, &self.fixed)
-        } else {
-            std::slice::from_ref(&self.fixed)
+        let parts: Vec<Rows<'_>> = match self.preconditioner.takes_all() {
+            true => vec![self.parts.all(a)],
+            false => self.parts.find(a, &self.fixed).collect(),
         };
-        let target = self.options.tolerance * size / (masks.len() as f64).sqrt();
+        let target = self.options.tolerance * size / (parts.len() as f64).sqrt();
         let mut iterations = 0;
-        for mask in masks {
+        for rows in parts {
             let own = cg::solve(
                 a,
-                mask,
+                rows,
+                &self.fixed,
                 &self.preconditioner,
                 &self.b,
                 &mut self.x,
@@ -278,7 +278,8 @@ impl LinearSolver {
 
     /// `self.residual := b - A x` on the free dofs; its norm over `size`.
     fn true_residual(&mut self, a: &BlockMatrix, size: f64) -> f64 {
-        cg::residual(a, &self.fixed, &self.b, &self.x, &mut self.residual) / size
+        let all = self.parts.all(a);
+        cg::residual(a, all, &self.fixed, &self.b, &self.x, &mut self.residual) / size
     }
 }
 
