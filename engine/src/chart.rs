@@ -278,7 +278,7 @@ fn draw_panel<B: DrawingBackend>(
     Ok(())
 }
 
-/// The largest number of a map over the smallest, at least, that all colours are spent on: what differs little looks alike.
+/// A map spends all its colours on a ratio of at least this, so that what differs little looks alike.
 const ALL_COLORS: f64 = 1.5;
 
 /// Dark blue for the smallest of some numbers, yellow for the largest, by their logarithms.

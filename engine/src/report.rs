@@ -58,7 +58,7 @@ pub struct MeshFigures {
 /// Linear and nonlinear solves of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SolverFigures {
-    /// Iterations of the linear solver; of "central-difference" the steps made.
+    /// Iterations of the linear solver, of each solve the most that a piece of the body took; of "central-difference" the steps made.
     pub iterations_total: usize,
     /// Most iterations in one step.
     pub iterations_max: usize,

@@ -71,6 +71,8 @@ impl Cost {
 /// stiffness at rest (Poisson ratio 0.3) with the vertices where `held` (of rest positions) fixed, and those of pieces that
 /// have no such vertex, for each of a dozen loads.
 ///
+/// Pieces are solved each by itself, and the largest count is taken: parting a body costs nothing by itself.
+///
 /// The loads have no symmetry and no direction: on a smooth one conjugate gradients do not see most of the spectrum.
 ///
 /// # Errors

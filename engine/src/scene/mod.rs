@@ -410,7 +410,7 @@ pub struct SolverSpec {
     pub preconditioner: PreconditionerName,
     /// Relative residual.
     pub tolerance: f64,
-    /// Iterations of one linear solve.
+    /// Iterations of one linear solve, for each piece of a body.
     pub max_iterations: usize,
 }
 
@@ -594,7 +594,8 @@ pub struct QuantitySpec {
     pub energy: Option<bool>,
     /// Momentum along an axis (kg m/s), of the mass that the body moves with.
     pub momentum: Option<Axis>,
-    /// Angular momentum about an axis through the origin (kg m²/s), of that mass at current positions.
+    /// Angular momentum about an axis through the origin (kg m²/s), of that mass at current positions. Cuts keep that of the consistent
+    /// mass.
     pub angular_momentum: Option<Axis>,
     /// Sum of the reaction forces (N) along an axis over the fixed vertices of `where`.
     pub reaction: Option<Axis>,
