@@ -3,7 +3,7 @@
 use crate::cg::{self, Workspace};
 use crate::cholesky::Cholesky;
 use crate::multigrid::MultigridWork;
-use crate::parts::{Parts, Rows};
+use crate::parts::Parts;
 use crate::preconditioner::Preconditioner;
 use crate::vector::{first_not_finite, norm};
 use crate::{BlockMatrix, FemError};
@@ -235,13 +235,16 @@ impl LinearSolver {
     /// Each part of the body is solved by itself if the preconditioner can do so; together they meet the tolerance.
     fn conjugate_gradients(&mut self, a: &BlockMatrix, size: f64) -> Result<usize, FemError> {
         self.preconditioner.refresh(a, &self.fixed)?;
-        let parts: Vec<Rows<'_>> = match self.preconditioner.takes_all() {
-            true => vec![self.parts.all(a)],
-            false => self.parts.find(a, &self.fixed).collect(),
-        };
-        let target = self.options.tolerance * size / (parts.len() as f64).sqrt();
+        let is_whole = self.preconditioner.takes_all();
+        let count = if is_whole { 1 } else { self.parts.find(a, &self.fixed) };
+        let target = self.options.tolerance * size / (count as f64).sqrt();
         let mut iterations = 0;
-        for rows in parts {
+        for k in 0..count {
+            let rows = if is_whole {
+                self.parts.all(a)
+            } else {
+                self.parts.part(k)
+            };
             let own = cg::solve(
                 a,
                 rows,
