@@ -135,13 +135,20 @@ impl BlockIc0 {
 
     /// `z := (L L^T)^-1 r`, for `r` and `z` of some rows that no others are coupled to.
     pub(crate) fn apply(&self, rows: Rows<'_>, r: &[f64], z: &mut [f64]) {
-        let r = r.as_chunks::<3>().0;
-        let z = z.as_chunks_mut::<3>().0;
+        let (r, z) = (r.as_chunks::<3>().0, z.as_chunks_mut::<3>().0);
+        match rows.places() {
+            None => self.substitute(rows, r, z, |j| Some(j as usize)),
+            Some(place) => self.substitute(rows, r, z, place),
+        }
+    }
+
+    #[inline]
+    fn substitute(&self, rows: Rows<'_>, r: &[[f64; 3]], z: &mut [[f64; 3]], place: impl Fn(u32) -> Option<usize>) {
         for (k, i) in rows.iter().enumerate() {
             let row = self.row(i);
             let mut y = r[k];
             for (&j, block) in self.cols[row.clone()].iter().zip(&self.lower[row]) {
-                if let Some(place) = rows.place(j) {
+                if let Some(place) = place(j) {
                     y = minus_times(y, block, &z[place]);
                 }
             }
@@ -152,7 +159,7 @@ impl BlockIc0 {
             let y = small::transposed_times(&self.pivots[i], &z[k]);
             z[k] = y;
             for (&j, block) in self.cols[row.clone()].iter().zip(&self.lower[row]) {
-                if let Some(place) = rows.place(j) {
+                if let Some(place) = place(j) {
                     z[place] = minus_transposed_times(z[place], block, &y);
                 }
             }

@@ -55,33 +55,32 @@ impl BlockMatrix {
             "lengths of x and y"
         );
         let x = x.as_chunks::<3>().0;
-        fill_rows(y, |i| self.row_times(i, x));
+        fill_rows(y, |i| self.row_times(i, x, |c| Some(c as usize)));
     }
 
     /// `y := A x` on the free dofs of some rows, for `x` and `y` of these rows; `x` is zero at `fixed` dofs, and `y` will be.
     pub(crate) fn multiply_rows(&self, rows: Rows<'_>, fixed: &[bool], x: &[f64], y: &mut [f64]) {
         let (x, fixed) = (x.as_chunks::<3>().0, fixed.as_chunks::<3>().0);
-        fill_rows(y, |k| {
-            let i = rows.row(k);
-            let (cols, blocks) = self.row(i);
-            let mut y = [0.0; 3];
-            for (&c, block) in cols.iter().zip(blocks) {
-                if let Some(place) = rows.place(c) {
-                    let p = times(block, &x[place]);
-                    y = [y[0] + p[0], y[1] + p[1], y[2] + p[2]];
-                }
-            }
-            std::array::from_fn(|axis| if fixed[i][axis] { 0.0 } else { y[axis] })
-        });
+        let free = |i: usize, y: [f64; 3]| std::array::from_fn(|axis| if fixed[i][axis] { 0.0 } else { y[axis] });
+        match rows.places() {
+            None => fill_rows(y, |i| match fixed[i] {
+                [true, true, true] => [0.0; 3],
+                _ => free(i, self.row_times(i, x, |c| Some(c as usize))),
+            }),
+            Some(place) => fill_rows(y, |k| free(rows.row(k), self.row_times(rows.row(k), x, place))),
+        }
     }
 
+    /// A block row times `x`, whose entries of a column are at its place; they are zero where it has none.
     #[inline]
-    fn row_times(&self, i: usize, x: &[[f64; 3]]) -> [f64; 3] {
+    fn row_times(&self, i: usize, x: &[[f64; 3]], place: impl Fn(u32) -> Option<usize>) -> [f64; 3] {
         let (cols, blocks) = self.row(i);
         let mut y = [0.0; 3];
         for (&c, block) in cols.iter().zip(blocks) {
-            let p = times(block, &x[c as usize]);
-            y = [y[0] + p[0], y[1] + p[1], y[2] + p[2]];
+            if let Some(place) = place(c) {
+                let p = times(block, &x[place]);
+                y = [y[0] + p[0], y[1] + p[1], y[2] + p[2]];
+            }
         }
         y
     }

@@ -12,8 +12,8 @@ const NOWHERE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows<'a> {
     rows: &'a [u32],
-    /// By row of the whole system: which of the rows it is, of those that it is coupled to.
-    places: &'a [u32],
+    /// By row of the whole system: which of the rows it is, of those that it is coupled to. None if these are all rows.
+    places: Option<&'a [u32]>,
 }
 
 impl<'a> Rows<'a> {
@@ -28,11 +28,16 @@ impl<'a> Rows<'a> {
         self.rows[k] as usize
     }
 
-    /// Where the entries of a row of the whole system are that one of these is coupled to; none of rows without a free dof.
+    /// Where the entries of each row of the whole system are; none if these are all rows, each in its own place.
     #[inline]
-    pub(crate) fn place(&self, row: u32) -> Option<usize> {
-        let place = self.places[row as usize];
-        (place != NOWHERE).then_some(place as usize)
+    pub(crate) fn places(&self) -> Option<impl Fn(u32) -> Option<usize> + Copy + 'a> {
+        self.places.map(|places| {
+            #[inline]
+            move |row: u32| {
+                let place = places[row as usize];
+                (place != NOWHERE).then_some(place as usize)
+            }
+        })
     }
 
     /// Their numbers in the whole system.
@@ -65,7 +70,7 @@ impl Parts {
         self.all.extend(self.all.len() as u32..a.rows() as u32);
         Rows {
             rows: &self.all,
-            places: &self.all,
+            places: None,
         }
     }
 
@@ -91,7 +96,7 @@ impl Parts {
     pub(crate) fn part(&self, k: usize) -> Rows<'_> {
         Rows {
             rows: &self.parts[k],
-            places: &self.places,
+            places: Some(&self.places),
         }
     }
 }
@@ -168,7 +173,7 @@ mod tests {
         assert_eq!(found(&mut parts, &a, &fixed), [vec![0, 1, 2], vec![3, 4], vec![6]]);
         let second = parts.part(1);
         assert_eq!((second.len(), second.row(1)), (2, 4));
-        assert_eq!([3, 4, 5].map(|row| second.place(row)), [Some(0), Some(1), None]);
+        assert_eq!([3, 4, 5].map(second.places().unwrap()), [Some(0), Some(1), None]);
         // one dof of three still couples
         fixed[16] = false;
         assert_eq!(found(&mut parts, &a, &fixed).len(), 2);

@@ -235,15 +235,16 @@ impl LinearSolver {
     /// Each part of the body is solved by itself if the preconditioner can do so; together they meet the tolerance.
     fn conjugate_gradients(&mut self, a: &BlockMatrix, size: f64) -> Result<usize, FemError> {
         self.preconditioner.refresh(a, &self.fixed)?;
-        let is_whole = self.preconditioner.takes_all();
-        let count = if is_whole { 1 } else { self.parts.find(a, &self.fixed) };
+        let count = match self.preconditioner.takes_all() {
+            true => 1,
+            false => self.parts.find(a, &self.fixed),
+        };
         let target = self.options.tolerance * size / (count as f64).sqrt();
         let mut iterations = 0;
         for k in 0..count {
-            let rows = if is_whole {
-                self.parts.all(a)
-            } else {
-                self.parts.part(k)
+            let rows = match count {
+                1 => self.parts.all(a),
+                _ => self.parts.part(k),
             };
             let own = cg::solve(
                 a,

@@ -477,7 +477,7 @@ pub(crate) const KEYS: &[Row] = &[
         "mean = 'uz'\nwhere = 'x > 1.999'",
         "angular_momentum = 'w'",
         "scene.toml:24: quantity.angular_momentum",
-        &["\"w\" is not accepted", "\"x\", \"y\", \"z\""],
+        &["unknown value \"w\"", "\"x\", \"y\", \"z\""],
     ),
     (
         "a mean of no place",
